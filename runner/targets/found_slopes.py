@@ -55,8 +55,8 @@ def followed(made: AnyArray, lanes: Indices, live: Truths, entering: AnyArray, i
     values, count, own = np.empty(room), np.zeros(1, dtype=np.int64), np.zeros(rows * LANES, dtype=np.int64)
     given = [made, np.ascontiguousarray(lanes), events, own, now, lived, *places, values, count]
     _code()(ticks, rows, size, most, every, *(each.ctypes.data for each in given))
-    found = Found(*(each[: count[0]].copy() for each in (*places, values)))
-    return Followed(found, lived != 0, now != 0, events == _ENTERS)
+    tick, row, column = (each[: count[0]].copy() for each in places)
+    return Followed(Found(tick, row, column, values[: count[0]].copy()), lived != 0, now != 0, events == _ENTERS)
 
 
 @cache
