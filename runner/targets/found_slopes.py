@@ -28,7 +28,7 @@ class Found(NamedTuple):
     value: AnyArray
 
 
-class Followed(NamedTuple):
+class FollowedSlopes(NamedTuple):
     """The slopes of some ticks with which numbers have slopes: as any tick begins, and after the last.
 
     What has `entered` at events, [tick, event], is told too.
@@ -40,7 +40,7 @@ class Followed(NamedTuple):
     entered: Truths
 
 
-def followed(made: AnyArray, lanes: Indices, live: Truths, entering: AnyArray, if_moved: AnyArray) -> Followed:
+def followed(made: AnyArray, lanes: Indices, live: Truths, entering: AnyArray, if_moved: AnyArray) -> FollowedSlopes:
     """Return the slopes of ticks by numbers that have some as a tick begins, and by what enters in it.
 
     `made` are slopes, [tick, row of lanes, number that lasts or event or more, lane]; `lanes` has the number or event
@@ -56,7 +56,7 @@ def followed(made: AnyArray, lanes: Indices, live: Truths, entering: AnyArray, i
     given = [made, np.ascontiguousarray(lanes), events, own, now, lived, *places, values, count]
     _code()(ticks, rows, size, most, every, *(each.ctypes.data for each in given))
     tick, row, column = (each[: count[0]].copy() for each in places)
-    return Followed(Found(tick, row, column, values[: count[0]].copy()), lived != 0, now != 0, events == _ENTERS)
+    return FollowedSlopes(Found(tick, row, column, values[: count[0]].copy()), lived != 0, now != 0, events == _ENTERS)
 
 
 @cache
