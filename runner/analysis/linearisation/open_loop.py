@@ -24,6 +24,7 @@ from proofmass.runner.analysis.linearisation.real_roots import Polynomial
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, maps_of_lifted
 from proofmass.runner.host.arrays import Array, Complex
 
+_AT_A_TIME = 1 << 17  # values of a wire at some frequencies, which fit in a cache
 _schur: Any = scipy.linalg.schur
 
 
@@ -152,8 +153,9 @@ class OpenLoop:
 
     def _at_own_frequency(self, transfer: "TransferMatrix", w: Array | float) -> Complex:
         w = np.asarray(w, dtype=float)
-        value = transfer.mean(self._points(w.ravel()), _turns(w.ravel() * self.sample, self.per_period))
-        return value.reshape(w.shape)
+        parts = np.array_split(w.ravel(), 1 + w.size * self.per_period // _AT_A_TIME)
+        values = [transfer.mean(self._points(part), _turns(part * self.sample, self.per_period)) for part in parts]
+        return np.concatenate(values).reshape(w.shape)
 
     def turn(self, pole: complex) -> float:
         """Return the angle by which a closed-loop mode turns in a period, in radians, as the wire shows it.
