@@ -46,7 +46,10 @@ class BallTicks(DualTicks):
     """Ticks whose numbers may be balls: no group is moved by the matrices of a run, which are rounded, nor is time."""
 
     def _advance(self, plan: Plan, solver: Solver, integrated: bool) -> Advance:
-        return DualAdvance(plan, solver.group, False, linear=solver.exact and not solver.group.guesses)
+        linear = solver.exact and not (
+            solver.group.guesses or solver.factors
+        )  # a factor times a state is linear in neither
+        return DualAdvance(plan, solver.group, False, linear)
 
     def _getter(self, binding: Binding) -> Callable[[int], Any]:
         base = self.filled.schedule.base_rate

@@ -53,3 +53,40 @@ def test_a_mode_of_uncertain_stiffness_stays_within_narrow_balls() -> None:
         assert abs(there - float(found.mid())) <= float(found.rad()) + 1e-12 * FORCE / STIFFNESS
     # before, each tick made it six to nine times as wide: far more than the whole deflection
     assert float(found.rad()) < 2e-3 * FORCE / STIFFNESS
+
+
+FACTOR = """
+name = "a factor that is held"
+rate = "10 Hz"
+samples = 20
+wires = ["one.output -> rate.first", "product.output -> rate.second", "rate.output -> tank.input"]
+
+[blocks.one]
+kind = "Constant"
+value = 1.0
+[blocks.leak]
+kind = "Constant"
+value = 2.0
+[blocks.rate]
+kind = "Difference"
+[blocks.product]
+kind = "Product"
+[blocks.tank]
+kind = "Integrator"
+output_unit = "1"
+"""
+
+
+def test_a_held_factor_of_a_state_is_not_counted_twice() -> None:
+    """x' = 1 - g x from 0 is (1 - exp(-g t)) / g."""
+    wires = ', "leak.output -> product.first", "tank.output -> product.second"]'
+    planned, ends = plan(read_graph_text(FACTOR.replace("]", wires, 1))), (2.0, 2.0 + 1e-6)
+    assert planned.solvers[0].exact
+    with flint.ctx.workprec(BITS):
+        moved = with_balls(planned, {"leak.value": ball(*ends)})
+        engine = BallTicks(moved, start(moved), frozenset(moved.blocks), (), (), (), False)
+        engine.advance(10, ())
+        found = plain(engine.memory().states["tank"][0]).arb
+    for g in ends:
+        assert abs((1.0 - math.exp(-g)) / g - float(found.mid())) <= float(found.rad()) + 1e-12
+    assert float(found.rad()) < 1e-4
