@@ -293,7 +293,7 @@ def _not_a_number(c: Any) -> None:
 REFUSED = {
     "another box": _narrower_box,
     "does not contract": _smaller_disc,
-    "do not cover": _one_leaf_less,
+    "leave a gap": _one_leaf_less,
     "cannot be read: zip": _two_rates,
     "cannot be read: Invalid literal": _not_a_number,
 }
