@@ -8,6 +8,7 @@ from proofmass.runner.plan.planned import Plan
 
 
 def no_gain(node: Endpoint) -> Problem:
+    """Nothing that goes in at the output comes back to it."""
     signal = ".".join(node)
     return Problem(
         message=f"what goes in at {signal} does not come back",
@@ -19,6 +20,7 @@ def no_gain(node: Endpoint) -> Problem:
 
 
 def not_periodic(node: Endpoint) -> Problem:
+    """Loops in continuous time have no margins about an orbit."""
     signal = ".".join(node)
     return Problem(
         message=f"a loop among continuous blocks is opened at {signal}: about a periodic orbit it has no margins",

@@ -48,7 +48,7 @@ class BallTicks(DualTicks):
     def _advance(self, plan: Plan, solver: Solver, integrated: bool) -> Advance:
         linear = solver.exact and not (
             solver.group.guesses or solver.factors
-        )  # a factor times a state is linear in neither
+        )  # a factor times a state is not linear in both
         return DualAdvance(plan, solver.group, False, linear)
 
     def _getter(self, binding: Binding) -> Callable[[int], Any]:
