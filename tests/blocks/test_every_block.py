@@ -63,7 +63,7 @@ def test_one_block_one_file_one_test_file(kind: type[Block]) -> None:
     assert len(path.read_text(encoding="utf-8").splitlines()) <= 100
 
 
-@pytest.mark.exhaustive("SpectrumMeter", "DecimatingFilter", "DecimatingFilter")
+@pytest.mark.exhaustive("SpectrumMeter", "DecimatingFilter")
 @every_block
 def test_what_is_declared_keeps_the_contract_of_blocks(kind: type[Block]) -> None:
     assert [problem for check in STILL.values() for problem in check(kind).problems] == []

@@ -47,7 +47,7 @@ def test_killed_at_random_instants(more: list[str], kills: int, tmp_path: Path) 
     path, folder, dice = tmp_path / "study.toml", tmp_path / "out", random.Random(7)
     path.write_text(STUDY)
     runs = (10 if more else 40) * (kills + 1)
-    expected = run_study(read_study(path), runs=runs, engine="python", folder=tmp_path / "whole")
+    expected = run_study(read_study(path), runs=runs, folder=tmp_path / "whole")
     killed, before = 0, dict[int, bytes]()
     while killed < kills:
         words = [*command(path, folder, runs), *more]

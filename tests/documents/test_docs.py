@@ -117,7 +117,6 @@ def test_graph(text: str) -> None:
     "pn-self-calibration-5",
     "pn-self-calibration-8",
     "quartz-accelerometer-0",
-    "quartz-accelerometer-0",
     "quartz-accelerometer-1",
     "rtl-0",
     "rtl-2",

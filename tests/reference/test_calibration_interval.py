@@ -56,6 +56,7 @@ def test_the_scale_errors_are_those_of_a_model_by_hand(result: StudyResult, plac
         assert np.corrcoef(part["scale_error"][:, epoch], expected)[0, 1] > 0.98
 
 
+@pytest.mark.exhaustive
 def test_when_one_per_cent_is_out_and_what_a_calibration_buys(result: StudyResult) -> None:
     never, often = ({life.limit: life for life in lifetimes(part)} for part in by_point(result))
     gain = gains(by_point(result)[0])

@@ -71,6 +71,7 @@ def test_good_devices_are_those_within_tolerance(population: Any) -> None:
     assert (found["test_escape"][:, 0] == (1.0 - good) * found["passes"][:, 0]).all()
 
 
+@pytest.mark.exhaustive
 def test_a_test_of_24_periods_is_right_and_a_short_one_loses_good_devices(population: Any) -> None:
     _, found = population
     assert found["yield_loss"].mean() + found["test_escape"].mean() <= 0.02

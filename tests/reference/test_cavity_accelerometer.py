@@ -146,6 +146,7 @@ def test_a_laser_that_drifts_is_a_bias() -> None:
     assert measures["bias_error"].value == pytest.approx(W0**2 * 50e6 / PULL - 1e-4, rel=2e-3)
 
 
+@pytest.mark.exhaustive
 def test_a_step_too_far() -> None:
     """10 mm/s^2 move the mass over the peak of the error: the lock is lost, found again, and reads the truth."""
     near, far = (simulate(GRAPH.with_parameters({"step.amplitude": tilt})).measures for tilt in (3e-3, 10e-3))

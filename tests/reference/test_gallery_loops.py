@@ -70,9 +70,7 @@ LOOPS = [
     "closed_loop_gyroscope-quadrature",
     "closed_loop_gyroscope-drive_amplitude",
     "resonant_accelerometer-amplitude",
-    "closed_loop_gyroscope-drive_amplitude",
     "closed_loop_gyroscope-drive_phase",
-    "resonant_accelerometer-amplitude",
 )
 @pytest.mark.parametrize(("name", "loop", "at", "expected"), LOOPS, ids=[f"{row[0]}-{row[1]}" for row in LOOPS])
 def test_loops_of_oscillators(name: str, loop: str, at: str, expected: Loop) -> None:

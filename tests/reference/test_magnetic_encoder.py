@@ -111,6 +111,7 @@ def closed_loop(frequency: float) -> complex:
     return (loop + 11.275e-6 * KI * T / d) / (1.0 + loop)
 
 
+@pytest.mark.exhaustive("150")
 @pytest.mark.parametrize("speed", [50.0, 150.0])
 def test_harmonics(speed: float) -> None:
     """Offsets o, amplitudes 1 + a, phase f, third harmonic h: errors -o sin, a / 2 sin 2, f cos^2, -h sin 4.

@@ -62,6 +62,7 @@ def test_its_yield_is_the_part_that_keeps_the_limits(result: StudyResult) -> Non
     assert result.yields()["main.stable"] == 1.0
 
 
+@pytest.mark.exhaustive
 def test_the_pickoff_and_what_stands_outside_the_loop(result: StudyResult) -> None:
     """A decibel of gain is a decibel of margin; pendulosity scales what is measured, and not the loop."""
     found = regression(Drawn(result.study, result.numbers).factors(0).columns, result["main.gain_margin"][:, 0])

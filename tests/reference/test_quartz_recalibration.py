@@ -86,6 +86,7 @@ def test_bias_is_that_of_the_reference_capacitors_whatever_is_calibrated(years: 
         assert years["bias"][place] == pytest.approx(-3.0e-3 * tilt / 8.0e-6, abs=0.2 * MICRO_G)
 
 
+@pytest.mark.exhaustive
 def test_margins_at_each_epoch_are_those_of_the_aged_graph(years: StudyResult) -> None:
     sensors = years.study
     for place, epoch in ((0, 3), (2, 3), (1, 2)):

@@ -175,7 +175,7 @@ def with_integrators(device: Device, steps: int) -> Graph:
     return replace(graph, blocks={**graph.blocks, **models}, rates=rates)
 
 
-@pytest.mark.exhaustive("accelerometer-methods0", "accelerometer-methods0")
+@pytest.mark.exhaustive("accelerometer-methods0")
 @pytest.mark.parametrize(
     ("device", "methods"),
     [("accelerometer", ("forward_euler", "semi_implicit", "tustin")), ("gyroscope", ("semi_implicit", "tustin"))],

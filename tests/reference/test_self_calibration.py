@@ -240,7 +240,7 @@ class TestGaussNewton:
         assert (scatter / pn_runs.cramer_rao(device) > 0.85).all()
         assert (scatter / pn_runs.cramer_rao(device) < 1.7).all()
 
-    @pytest.mark.exhaustive("self_calibration_online.toml-device0-1.3", "self_calibration_online.toml-device0-1.3")
+    @pytest.mark.exhaustive("self_calibration_online.toml-device0-1.3")
     @pytest.mark.parametrize(
         ("name", "device", "bound"),
         [
@@ -308,7 +308,7 @@ class TestGaussNewton:
 class TestInOperation:
     """Every sample of long records, high-passed: what section 4 of the paper leaves to the future."""
 
-    @pytest.mark.exhaustive("at rest", "at rest")
+    @pytest.mark.exhaustive("at rest")
     @pytest.mark.parametrize(
         ("shaken", "limit"),
         [

@@ -48,7 +48,7 @@ def test_alternation_reaches_the_optimum_in_thousands_of_iterations(device: Devi
     assert report.findings == ()
 
 
-@pytest.mark.exhaustive("kelvins", "kelvins")
+@pytest.mark.exhaustive("kelvins")
 @pytest.mark.parametrize(("coldest", "iterations"), [(-40.0, 452), (233.15, 17_901)], ids=["Celsius", "kelvins"])
 def test_the_way_of_the_alternation_depends_on_the_origin(coldest: float, iterations: int) -> None:
     volts = DEVICES["m1"].readings()

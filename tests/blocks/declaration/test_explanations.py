@@ -57,13 +57,18 @@ def messages() -> Iterator[tuple[str, str]]:
     """Every literal message of a problem or refusal, with its place; where it has a name, all that has that name."""
     for folder in ("blocks", "graphs", "runner"):
         for file in sorted((ROOT / folder).rglob("*.py")):
-            tree = ast.parse(file.read_text(encoding="utf-8"))
+            text = file.read_text(encoding="utf-8")
+            if not any(f"{maker.removeprefix('.')}(" in text for maker in MAKERS):
+                continue
+            tree = ast.parse(text)
             made = [one for node in ast.walk(tree) if isinstance(node, ast.Call) for one in given(node)]
             names = {one.id for one in made if isinstance(one, ast.Name)}
-            made += [value for name, values in named(tree).items() if name in names for value in values]
+            made += (
+                [value for name, values in named(tree).items() if name in names for value in values] if names else []
+            )
             for one in made:
-                if text := text_of(one):
-                    yield text, f"{file.relative_to(ROOT)}:{one.lineno}"
+                if message := text_of(one):
+                    yield message, f"{file.relative_to(ROOT)}:{one.lineno}"
 
 
 @pytest.mark.friendly(38, "every message has a code")

@@ -5,7 +5,7 @@ from fractions import Fraction
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from proofmass.blocks.declaration.declare import Block, param
@@ -163,7 +163,6 @@ def test_a_decimal_with_a_unit_is_the_same_float(value: float) -> None:
     assert Sample(angle=f"{value!r} rad").angle == value
 
 
-@settings(max_examples=50, deadline=None)
 @given(st.text(max_size=40) | st.from_regex(r"-?[0-9]{1,3}(\.[0-9]*)?(e-?[0-9]{1,3})? ?(kg|g|mg|N|1)?", fullmatch=True))
 def test_any_text_is_read_exactly_or_refused(text: str) -> None:
     try:

@@ -37,7 +37,7 @@ RUNNABLE = [
 
 
 @pytest.mark.exhaustive(but=20)
-@pytest.mark.exhaustive("random 2_0", "random 2_0")
+@pytest.mark.exhaustive("random 2_0")
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
 @pytest.mark.friendly(15, "everything is drawn and nothing overlaps")
 def test_every_block_and_every_wire_is_drawn_and_nothing_overlaps(graph: Graph) -> None:
@@ -90,7 +90,7 @@ def test_wires_from_different_outputs_share_no_line(graph: Graph) -> None:
             assert source == other or high < other_low or other_high < low, (source, other)
 
 
-@pytest.mark.exhaustive("2", "2", "4")
+@pytest.mark.exhaustive("2", "4")
 @pytest.mark.parametrize("seed", range(5))
 def test_the_order_of_declaration_changes_nothing(seed: int) -> None:
     graph = accelerometer() if seed == 0 else random_graph(seed, 30)

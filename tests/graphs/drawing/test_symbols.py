@@ -90,7 +90,7 @@ def test_symbols_show_signs_and_gains() -> None:
 
 
 @pytest.mark.exhaustive(but=12)
-@pytest.mark.exhaustive("random 2_0", "random 2_0")
+@pytest.mark.exhaustive("random 2_0")
 @pytest.mark.parametrize("graph", GRAPHS[2:40], ids=lambda graph: graph.name)
 def test_level_wires_hop_over_every_upright_wire_that_they_cross(graph: Graph) -> None:
     """A bow wherever lines of two outputs cross, as the corners of the wires say, unless a corner is too near."""

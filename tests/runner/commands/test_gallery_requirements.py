@@ -28,9 +28,6 @@ def test_each_kind_of_sensor_has_some() -> None:
     "closed_loop_fluxgate",
     "mems_microphone",
     "michelson_accelerometer",
-    "closed_loop_fluxgate",
-    "mems_microphone",
-    "michelson_accelerometer",
 )
 @pytest.mark.parametrize("path", WITH_REQUIREMENTS, ids=lambda path: path.stem)
 def test_it_keeps_its_requirements(path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -118,7 +118,7 @@ def test_required_margins_that_are_kept(capsys: pytest.CaptureFixture[str], tmp_
     assert "loop main" in said(capsys, "margins", kept)
 
 
-@pytest.mark.exhaustive("margins", "margins")
+@pytest.mark.exhaustive("margins")
 @pytest.mark.parametrize("command", ["check", "margins"])
 def test_required_margins_that_are_missed(command: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     missed = required(

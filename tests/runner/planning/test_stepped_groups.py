@@ -67,7 +67,7 @@ def same_bits(python: Result, compiled: Result) -> None:
         assert python[signal].values.tobytes() == compiled[signal].values[:rows].tobytes(), signal
 
 
-@pytest.mark.exhaustive("radau", "dormand_prince", "radau")
+@pytest.mark.exhaustive("radau", "dormand_prince")
 @pytest.mark.parametrize("method", METHODS)
 def test_accuracy_of_a_swing_of_large_angle(method: str) -> None:
     graph = pendulum(method=method, accuracy=1e-11)
@@ -203,7 +203,7 @@ def test_a_limit_far_away_is_not_linear_all_the_same() -> None:
 class TestFirstOrderHold:
     """An input that moves on straight lines between ticks."""
 
-    @pytest.mark.exhaustive("runge_kutta_4", "runge_kutta_4")
+    @pytest.mark.exhaustive("runge_kutta_4")
     @pytest.mark.parametrize("method", ["exact", "runge_kutta_4"])
     def test_against_an_independent_integration(self, method: str) -> None:
         integration = {"sources": "first_order_hold", "method": method, "accuracy": 1e-12}

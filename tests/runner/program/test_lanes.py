@@ -67,14 +67,7 @@ def sensors(planned: Plan, draw: random.Random) -> tuple[list[Plan], list[dict[t
     return plans, given
 
 
-@pytest.mark.exhaustive(
-    "temperature_compensation_m1",
-    "recorded_motion",
-    "scale_factor_drift",
-    "temperature_compensation_m1",
-    "pn_self_test_minimal",
-    "recorded_motion",
-)
+@pytest.mark.exhaustive("temperature_compensation_m1", "recorded_motion", "scale_factor_drift", "pn_self_test_minimal")
 @pytest.mark.parametrize("name", GRAPHS)
 def test_of_the_library(name: str) -> None:
     path = next(path for path in LIBRARY if path.stem == name)

@@ -115,7 +115,9 @@ class TestGoingOn:
     @pytest.mark.exhaustive(but=2)
     @pytest.mark.parametrize("streamed", [False, True], ids=["in memory", "streamed"])
     @pytest.mark.parametrize("engine", ENGINES)
-    @settings(max_examples=4, suppress_health_check=[HealthCheck.function_scoped_fixture])
+    @settings(
+        max_examples=settings.default.max_examples // 25, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    )
     @given(at=st.lists(st.integers(0, 1900), min_size=1, max_size=3).map(sorted))
     def test_to_the_same_bits(
         self, engine: EngineName, streamed: bool, at: list[int], tmp_path_factory: pytest.TempPathFactory

@@ -116,7 +116,7 @@ class TestBits:
     def test_between_and_in_ticks_with_events(self) -> None:
         same_at(BOUNCING, [(tick,) for tick in range(1, 100, 3)], 110)
 
-    @pytest.mark.exhaustive("radau", "radau")
+    @pytest.mark.exhaustive("radau")
     @pytest.mark.parametrize("method", ["runge_kutta_4", "dormand_prince", "radau"])
     def test_among_steps_of_a_group(self, method: str) -> None:
         stepped = dataclasses.replace(BOUNCING, integration={"method": method})  # type: ignore[arg-type]

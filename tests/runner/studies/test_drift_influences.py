@@ -64,7 +64,7 @@ carried = { "offset.value" = "kept" }
 def result(tmp_path_factory: pytest.TempPathFactory) -> StudyResult:
     path = tmp_path_factory.mktemp("drift") / "study.toml"
     path.write_text(CALIBRATED)
-    return run_study(read_study(path), engine="python")
+    return run_study(read_study(path))
 
 
 def rows_of(result: StudyResult, every: float, epoch: int, measure: str = "error") -> dict[str, dict[str, float]]:

@@ -61,7 +61,7 @@ def compare(made: Program, lanes: int, runs: list[list[Any]], differing: frozens
                 assert same(np.ascontiguousarray(together[:, lane]), own), (array.name, lane, together[:, lane], own)
 
 
-@pytest.mark.exhaustive("8", "8")
+@pytest.mark.exhaustive("8")
 @pytest.mark.parametrize("lanes", [8, 16])
 def test_operations_on_hostile_values(lanes: int) -> None:
     def run(lane: int) -> list[Any]:

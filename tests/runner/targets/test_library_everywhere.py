@@ -80,7 +80,7 @@ def same(arrays: list[Any], others: list[Any]) -> bool:
 
 
 @pytest.mark.exhaustive(but=10)
-@pytest.mark.exhaustive("quartz_calibration_disturbed.toml", "quartz_calibration_disturbed.toml")
+@pytest.mark.exhaustive("quartz_calibration_disturbed.toml")
 @pytest.mark.parametrize("name", GRAPHS)
 def test_programs_keep_to_the_form_and_can_be_listed(name: str, plans: dict[str, CompiledPlan]) -> None:
     program = compiled(name, plans).written.program

@@ -135,6 +135,7 @@ def test_registers(node: Endpoint) -> None:
     assert_alike(*both(fixed(), node, 30))
 
 
+@pytest.mark.exhaustive("node2", "200-node1")
 @pytest.mark.exhaustive("0-node0")
 @pytest.mark.parametrize("node", [("error", "output"), ("stiff", "output"), ("out", "output")])
 @pytest.mark.parametrize("tick", [0, 200])
@@ -142,6 +143,7 @@ def test_a_stiffness_that_moves(node: Endpoint, tick: int) -> None:
     assert_alike(*both(driven(), node, tick), rel=1e-9)
 
 
+@pytest.mark.exhaustive
 def test_a_stiffness_that_moves_after_some_ticks() -> None:
     assert_alike(*both(driven((*[0.0] * 30, *[1.0] * 40)), ("error", "output")), rel=1e-9)
 

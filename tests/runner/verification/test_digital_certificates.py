@@ -203,6 +203,7 @@ def places(tree: Any, at: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return [at] if tree is not None and at[0] != "kind" and at[-1] not in ("signal", "output", "unit") else []
 
 
+@pytest.mark.exhaustive("loop at two rates")
 @pytest.mark.parametrize("seed", chosen([0], range(1, 40)))
 def test_what_is_taken_of_a_changed_certificate_is_true(proved: str, seed: int) -> None:
     draw, taken = random.Random(seed), 0

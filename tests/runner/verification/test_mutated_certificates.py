@@ -95,6 +95,7 @@ def _another(value: Any, key: Any, draw: random.Random) -> Any:
     return draw.choice(ways)
 
 
+@pytest.mark.exhaustive("in continuous time")
 @pytest.mark.parametrize("seed", chosen([0], range(1, 40)))
 def test_what_is_taken_of_a_changed_certificate_is_true(proved: str, seed: int) -> None:
     draw = random.Random(seed)

@@ -142,6 +142,7 @@ loud = {{ quantity = {{ noise = "plant.output" }}, at_most = {0.98 * worst}, {VA
     assert 0.98 * worst < found["loud"].value < 1.001 * worst
 
 
+@pytest.mark.exhaustive
 def test_peaks_that_are_proved() -> None:
     """From what is wanted to the plant the gain is a / (z^2 - z + a), with real poles: at most that at rest, 1."""
     of = '{ quantity = { response = "plant.output", input = "wanted.output", figure = "peak" }'

@@ -30,7 +30,7 @@ def signal(random: np.random.Generator) -> Series:
     return Series(white + flicker(random, TRUE["B"]) + walk, PERIOD)
 
 
-@pytest.mark.parametrize("seeds", amounts(15, 100))
+@pytest.mark.parametrize("seeds", amounts(10, 100))
 def test_intervals_hold_the_truth_in_95_of_100(seeds: int) -> None:
     random = np.random.default_rng(1)
     found = [fitted(signal(random)) for _ in range(seeds)]

@@ -18,6 +18,7 @@ from proofmass.blocks import (
 )
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S795", before="stable, 22 dB: a zero of the carrier was 1e-16 a turn later", after="unstable")
 def test_a_carrier_that_is_zero_at_the_start_of_a_period() -> None:
     """The loop has one period for three of its carrier's eight samples: it repeats after 24, and grows."""

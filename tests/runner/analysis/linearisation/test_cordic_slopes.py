@@ -57,7 +57,7 @@ def test_rotation(output: str, slope: float) -> None:
     assert density(FixedCordicRotation(), Fixed(19, 16), output, Fixed(18, 16)) == pytest.approx(slope, rel=1e-4)
 
 
-@pytest.mark.exhaustive("FixedCordicExponentialPipeline", "FixedCordicExponentialPipeline")
+@pytest.mark.exhaustive("FixedCordicExponentialPipeline")
 @pytest.mark.parametrize("kind", [FixedCordicExponential, FixedCordicExponentialPipeline])
 def test_exponential(kind: type[Block]) -> None:
     block = kind(fraction_bits=16)

@@ -25,6 +25,7 @@ def test_a_plan_is_written_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(written) == 1
 
 
+@pytest.mark.exhaustive
 def test_slopes_have_the_code_of_the_lesser_part() -> None:
     """Each axis its own, which what is less shares; all three have that of the whole."""
     planned = plan(read_graph("library:imu_3dof"))

@@ -244,6 +244,7 @@ def warming_up(constant: float, first: float, last: float) -> Graph:
     return Graph(name="warming up", rate=1000, blocks=blocks, wires=wires, samples=4000, loops=loops)
 
 
+@pytest.mark.exhaustive("1.0-0.0")
 @pytest.mark.defect("S843", before="settled after 111 ms: 5.04, of 20", after="settled after 211 s: 20.0")
 @pytest.mark.parametrize(("first", "last"), [(1.0, 0.0), (0.0, 1.0), (1.0, 2.0), (1.0, 1.2)])
 def test_a_slow_mode_is_not_at_rest(first: float, last: float) -> None:
@@ -276,6 +277,7 @@ def with_a_slow_reference(constant: float, last: float) -> Graph:
     )  # fmt: skip
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S844", before="settled after 111 ms: 13.2, of 5", after="settled after 59 s: 5.0")
 def test_a_slow_filter_before_a_loop_is_not_at_rest() -> None:
     found = margins(with_a_slow_reference(3e3, 1.0), at="settled")

@@ -91,7 +91,7 @@ def test_levels_are_crossed_where_a_singular_value_is_at_them(ticks: int, offset
         assert bool(crossed) == bool((above != above[0]).any())
 
 
-@pytest.mark.exhaustive("255-2", "255-2")
+@pytest.mark.exhaustive("255-2")
 @pytest.mark.parametrize(("length", "seed"), [(31, 1), (255, 2), pytest.param(1023, 3, marks=pytest.mark.exhaustive)])
 def test_a_loop_whose_gain_follows_a_sequence(length: int, seed: int) -> None:
     """x' = (1 - 0.4 w f) x with weights w of 0.55 and 1.45: a turn is a product, which may grow within."""

@@ -16,6 +16,7 @@ def axis_of(above: list[int], below: list[int], sampled: bool = True) -> Certifi
     return CertifiedAxis(Transfer(flint.fmpz_poly(above), flint.fmpz_poly(below)), sampled)
 
 
+@pytest.mark.exhaustive("True")
 @pytest.mark.parametrize("sampled", [False, True])
 def test_random_loops(sampled: bool) -> None:
     for loop in random_loops(sampled, 40):

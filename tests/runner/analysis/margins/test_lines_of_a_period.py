@@ -53,6 +53,7 @@ def slowest(found: Margins) -> tuple[float, float]:
     return float(words[words.index("Hz") - 1]), float(words[words.index("damping") + 1])
 
 
+@pytest.mark.exhaustive("800")
 @pytest.mark.defect("S782", before="a pair at 242 Hz told as 42 Hz, with damping 0.99 for 0.74", after="as it moves")
 @pytest.mark.parametrize("values", [8, 800])
 def test_the_slowest_pair_is_that_of_the_mean_loop(values: int) -> None:
@@ -65,6 +66,7 @@ def test_the_slowest_pair_is_that_of_the_mean_loop(values: int) -> None:
     assert damping == pytest.approx(-log.real / abs(log), rel=0.01)
 
 
+@pytest.mark.exhaustive("800")
 @pytest.mark.defect("S783", before="pairs of crossovers at multiples of 1 / T, made by rounding", after="one crossover")
 @pytest.mark.parametrize("values", [8, 800])
 def test_rounding_makes_no_crossovers(values: int) -> None:
@@ -78,6 +80,7 @@ def test_rounding_makes_no_crossovers(values: int) -> None:
     assert found.phase_crossovers == pytest.approx([0.5 * RATE])
 
 
+@pytest.mark.exhaustive("150")
 @pytest.mark.defect("S784", before="peaks above half the rate of periods told below", after="as without it")
 @pytest.mark.parametrize("ratio", [7, 100, 150])
 def test_a_register_beside_the_loop_moves_no_frequency(ratio: int) -> None:

@@ -309,7 +309,8 @@ def test_a_simulated_loop_decays_a_thousandth_below_its_gain_margin_and_grows_ab
     assert _growth(case, 0.999 * limit) < 1.0 < _growth(case, 1.001 * limit)
 
 
-@pytest.mark.parametrize("count", amounts(1, 50))
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("count", [50])
 def test_simulated_loops_decay_inside_their_gain_margin_and_grow_outside(count: int) -> None:
     """A thousandth of the factor on either side; each runs for half a time constant of the growth that is expected."""
     tried = 0

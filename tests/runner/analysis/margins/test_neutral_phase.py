@@ -95,17 +95,18 @@ def drive(stiffness: float) -> Graph:
 
 
 @pytest.mark.defect("S2", before="UNSTABLE at 8000 Hz, stable at 8005 Hz: by the last bit", after="stable, 76.7 deg")
-def test_the_phase_of_an_oscillation_is_neutral_whatever_its_frequency() -> None:
-    for stiffness in (MASS * (2.0 * math.pi * CARRIER) ** 2, 126.4, 126.5):
-        found = margins(drive(stiffness), "loop_filter.output", at="0.4 s")
-        assert found.verdict == "stable", stiffness
-        assert math.degrees(found.phase_margin or 0.0) == pytest.approx(76.75, abs=0.1)
-        assert found.gain_crossovers == pytest.approx([20.5], abs=0.05)
-        (mode,) = found.hidden
-        assert "the phase of an oscillation" in str(mode)
-        assert "phase" in mode.blocks
+@pytest.mark.parametrize("stiffness", chosen([126.5], [MASS * (2.0 * math.pi * CARRIER) ** 2, 126.4]))
+def test_the_phase_of_an_oscillation_is_neutral_whatever_its_frequency(stiffness: float) -> None:
+    found = margins(drive(stiffness), "loop_filter.output", at="0.4 s")
+    assert found.verdict == "stable"
+    assert math.degrees(found.phase_margin or 0.0) == pytest.approx(76.75, abs=0.1)
+    assert found.gain_crossovers == pytest.approx([20.5], abs=0.05)
+    (mode,) = found.hidden
+    assert "the phase of an oscillation" in str(mode)
+    assert "phase" in mode.blocks
 
 
+@pytest.mark.exhaustive("-1.4e-06")
 @pytest.mark.exhaustive("-1.4e-06")
 @pytest.mark.defect("S670", before="unstable in its last digits, at a gradient moved by 1.4e-6", after="stable at each")
 @pytest.mark.parametrize("moved", chosen((-1.4e-6, 1.4e-6), (1e-9,)))

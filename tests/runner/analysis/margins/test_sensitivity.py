@@ -304,6 +304,7 @@ def test_scale_factor_and_bias_are_those_of_converters_that_round() -> None:
     assert slopes["offset.value"] == pytest.approx(1.0)
 
 
+@pytest.mark.exhaustive
 def test_slopes_of_a_loop_by_a_gain_of_zero_beside_it() -> None:
     """A carrier of eight samples, and a path that a gain of zero leaves out: only its slope has the filter in it."""
     blocks = {

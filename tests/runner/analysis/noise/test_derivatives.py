@@ -129,6 +129,7 @@ def test_one_more_bit_halves_the_rounding() -> None:
     )  # in steps, whatever their size
 
 
+@pytest.mark.exhaustive
 def test_an_operating_point_that_moves_is_said() -> None:
     found = noise(curved(1e-3), "square.output", at="30 s", derivatives=True)
     assert any("operating point as fixed" in note for note in found.notes)
@@ -190,6 +191,7 @@ def test_a_budget_with_derivatives_has_the_rms_of_the_one_without() -> None:
         assert noise(graph, "turned.output", derivatives=derivatives).rms == pytest.approx(math.sqrt(3.0))
 
 
+@pytest.mark.exhaustive("2", "4")
 @pytest.mark.defect("S819", before="the rms of a carrier without steps, squared, over that with them", after="1 of 1")
 @pytest.mark.parametrize("bits", [2, 3, 4])
 def test_a_carrier_in_steps_scales_no_noise(bits: int) -> None:

@@ -62,6 +62,7 @@ def errors(clean: AnyArray, noise: float, seeds: range) -> AnyArray:
     return np.array(rows) / noise
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect(
     "S90", before="1.3 times the bound: the search stops on a code", after="the errors follow the noise alone"
 )

@@ -117,6 +117,7 @@ def in_parts() -> Proofs:
     return prove(graph, tolerances={"torquer.gain": "10 %", "pendulum.inertia": "10 %"}, any_change=True)
 
 
+@pytest.mark.exhaustive
 def test_parts_of_a_box_have_one_norm(in_parts: Proofs) -> None:
     assert status(in_parts) == ["proved"] * 3
     assert max(len(one.searched.leaves) for one in in_parts.proofs) > 1

@@ -74,6 +74,7 @@ def delays(gain: float = 0.5, ticks: int = 3) -> Graph:
     )
 
 
+@pytest.mark.exhaustive("40")
 @pytest.mark.parametrize("ticks", [1, 3, 40])
 def test_a_loop_with_a_delay(ticks: int) -> None:
     """h[n] = g^(n / ticks) every so many ticks: the sum is 1 / (1 - |g|), whatever the delay."""
@@ -105,6 +106,7 @@ def test_what_drops_nothing_has_no_error() -> None:
     assert rounding(endless, "filter.output").error == (0.0, 0.0)
 
 
+@pytest.mark.exhaustive
 def test_a_loop_that_does_not_decay_is_open_or_refuted() -> None:
     growing = delays(-1.25)
     assert overflow(growing).status == "refuted"

@@ -74,6 +74,7 @@ def test_without_tolerances_the_sensor_itself_has_a_bound() -> None:
     assert rms < least.claim.limit < 1.02 * rms
 
 
+@pytest.mark.exhaustive
 def test_errors_of_a_converter_count_on_an_orbit() -> None:
     """A step q of the converter has an error of rms q / sqrt(12), in the ticks in which the carrier is not zero."""
     wires = '"plant.output -> adc.voltage", "adc.number -> curve.temperature"'
@@ -103,6 +104,7 @@ def test_noise_under_any_change_on_an_orbit_is_open() -> None:
     assert "parameters that stay as they are" in answer.proofs[0].searched.why
 
 
+@pytest.mark.exhaustive
 def test_noise_without_a_bound_on_an_orbit_is_not_proved() -> None:
     """At a gain of 1000 the slope is (1 - 2.236)^2."""
     assert "proved" not in status(found(1e6, tolerances={"gain.gain": [90.0, 1000.0]}, seconds=2.0))
@@ -113,7 +115,7 @@ def test_noise_without_a_bound_on_an_orbit_is_not_proved() -> None:
 NAMES = {"level": "level.value", "gain": "gain.gain", "shake": "shake.gain", "depth": "depth.gain"}
 
 
-@pytest.mark.parametrize("seed", chosen(range(3), range(3, 30)))
+@pytest.mark.parametrize("seed", chosen((1, 2), (0, *range(3, 30))))
 def test_no_proof_and_no_refutation_is_false(seed: int) -> None:
     """Corners and random places of a box, by covariances of a program of its own."""
     rng = random.Random(seed)

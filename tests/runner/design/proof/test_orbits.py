@@ -90,7 +90,8 @@ def test_the_orbit_is_enclosed_and_a_run_comes_to_it() -> None:
             assert low < orbit[(rest.tick + number) % 2] < high
 
 
-def test_a_mean_a_scale_factor_and_a_decay_rate_on_an_orbit() -> None:
+@pytest.mark.parametrize("off", chosen([0.01], [-0.01]))
+def test_a_mean_a_scale_factor_and_a_decay_rate_on_an_orbit(off: float) -> None:
     """x is u's at one end of each step and k u lower at the other; dx1 / du = 2 / (1 + x1)."""
     corners = [(level, gain) for level in (0.95, 1.05) for gain in (95.0, 105.0)]
     means = [sum(demodulated_orbit(*one)) / 2.0 for one in corners]
@@ -98,19 +99,19 @@ def test_a_mean_a_scale_factor_and_a_decay_rate_on_an_orbit() -> None:
     rate = min(
         -math.log(1.0 - 1e-3 * gain * (1.0 + demodulated_orbit(level, gain)[1])) / 2e-3 for level, gain in corners
     )
-    for off, said in ((0.01, "proved"), (-0.01, "refuted")):
-        ends = [min(means) * (1.0 - off), max(means) * (1.0 + off)]
-        factors = [min(slopes) * (1.0 - off), max(slopes) * (1.0 + off)]
-        answers = found(
-            loop="main", decay_rate=f"{rate * (1.0 - off)} 1/s", bias={"plant.output": ends},
-        ), found(input="level.output", scale_factor={"plant.output": factors}, at="settled",
-                 tolerances={"gain.gain": "5 %"} if off < 0 else WITHIN)  # fmt: skip
-        assert status(answers[0])[3:] == [said] * 3
-        if off > 0:
-            assert status(answers[1])[-2:] == ["proved", "proved"]
+    ends = [min(means) * (1.0 - off), max(means) * (1.0 + off)]
+    factors = [min(slopes) * (1.0 - off), max(slopes) * (1.0 + off)]
+    answers = found(
+        loop="main", decay_rate=f"{rate * (1.0 - off)} 1/s", bias={"plant.output": ends},
+    ), found(input="level.output", scale_factor={"plant.output": factors}, at="settled",
+             tolerances={"gain.gain": "5 %"} if off < 0 else WITHIN)  # fmt: skip
+    assert status(answers[0])[3:] == ["proved" if off > 0 else "refuted"] * 3
+    if off > 0:
+        assert status(answers[1])[-2:] == ["proved", "proved"]
     assert "bias of at most" in proofs_text(answers[0])
 
 
+@pytest.mark.exhaustive("pulses")
 @pytest.mark.parametrize("source", ["pulses", "a counter"])
 def test_pulses_and_counts_come_round_too(source: str) -> None:
     text = DEMODULATED.replace(SINE, 'kind = "Pulse"\nrepetition = "2 ms"')
@@ -126,15 +127,15 @@ def test_pulses_and_counts_come_round_too(source: str) -> None:
     assert status(found(graph, gain_margin=f"{in_decibels(LEAST) + 0.05} dB"))[1] == "refuted"
 
 
-def test_coefficients_are_those_of_each_sensor() -> None:
+@pytest.mark.parametrize("off", chosen([-0.05], [0.05]))
+def test_coefficients_are_those_of_each_sensor(off: float) -> None:
     """The reference of the demodulator is a buffer that no tick changes, and follows from the phase."""
     graph, within = read_graph_text(AVERAGED), {"demodulator.phase": [0.4, 0.6], "level.value": "5 %"}
     least = min(averaged_margin(level, 25.0, phase) for level in (0.95, 1.05) for phase in (0.4, 0.6))
     assert averaged_margin(1.05, 25.0, 0.5) > 1.03 * least  # the phase counts
-    for off, said in ((-0.05, "proved"), (0.05, "refuted")):
-        answer = found(graph, tolerances=within, gain_margin=f"{in_decibels(least) + off} dB", phase_margin="5 deg",
-                       at="settled")  # fmt: skip
-        assert status(answer)[:2] == ["proved", said]
+    answer = found(graph, tolerances=within, gain_margin=f"{in_decibels(least) + off} dB", phase_margin="5 deg",
+                   at="settled")  # fmt: skip
+    assert status(answer)[:2] == ["proved", "proved" if off < 0 else "refuted"]
 
 
 # -- brute force -------------------------------------------------------------------------------------------------------
@@ -142,7 +143,7 @@ def test_coefficients_are_those_of_each_sensor() -> None:
 NAMES = {"level": "level.value", "gain": "gain.gain", "shake": "shake.gain", "depth": "depth.gain"}
 
 
-@pytest.mark.parametrize("seed", chosen(range(3), range(3, 24)))
+@pytest.mark.parametrize("seed", chosen((1, 2), (0, *range(3, 24))))
 def test_random_loops_have_no_false_proof(seed: int) -> None:
     """Corners and random places of a box, with factors at the wire, by a program of its own."""
     rng = random.Random(seed)
@@ -172,6 +173,7 @@ def test_random_loops_have_no_false_proof(seed: int) -> None:
             assert max(MixedLoop(**(middle | moved)).largest_pole(carrier, factor) for factor in factors) > 1.0 - 1e-6
 
 
+@pytest.mark.exhaustive
 def test_a_push_decays_in_runs_of_proved_sensors() -> None:
     """A run that begins elsewhere comes to the same orbit, at least as fast as is proved."""
     loop = MixedLoop(gain=150.0)

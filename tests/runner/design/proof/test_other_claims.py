@@ -55,6 +55,7 @@ def test_other_claims_are_proved_up_to_their_closed_forms(part: float, proved: P
     ]
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S790", before="a disk 0.01 % beyond the least there is: open", after="refuted")
 def test_a_disk_a_little_beyond_its_closed_form_is_refuted() -> None:
     (*_, disk) = prove(GRAPH, tolerances=WITHIN, disk_margin=f"{1.0001 * DISK}").proofs

@@ -64,6 +64,7 @@ def test_without_a_limit_the_least_stands_beside_the_worst_found() -> None:
     assert 'response GRAPH step.output error.output --at "0 s" --set "gain.gain=110.0"' in text
 
 
+@pytest.mark.exhaustive
 def test_a_way_without_memory_has_its_gain() -> None:
     graph = extended("step.output -> twice.input", blocks='[blocks.twice]\nkind = "Gain"\ngain = -2.0\n')
     within = {"twice.gain": "10 %"}
@@ -126,7 +127,7 @@ def test_an_output_that_nothing_moves_is_open() -> None:
 
 # -- truth -------------------------------------------------------------------------------------------------------------
 
-SAMPLE = (0, 3, 7, 34)
+SAMPLE = (0, 34)
 
 
 @pytest.mark.parametrize("seed", chosen(SAMPLE, [seed for seed in range(120) if seed not in SAMPLE]))

@@ -58,6 +58,7 @@ def test_a_bias_is_proved_up_to_its_closed_form(proved: Proofs) -> None:
     assert [proof.value for proof in found.proofs] == pytest.approx([LEAST, MOST], rel=1e-12)
 
 
+@pytest.mark.exhaustive
 def test_bounds_of_a_bias_come_near_its_ends_and_do_not_pass_them() -> None:
     least, most = bias("").proofs
     assert (least.status, most.status) == ("proved", "proved")
@@ -203,10 +204,10 @@ def _random_graph(draw: random.Random) -> tuple[Graph, dict[str, float], Any]:
     return read_graph_text(text).with_parameters(values), values, (rest, poles)
 
 
-SAMPLE = (0, 1, 2, 3)
+SAMPLE = (1, 2)
 
 
-@pytest.mark.parametrize("seed", chosen(SAMPLE, range(4, 60)))
+@pytest.mark.parametrize("seed", chosen(SAMPLE, (0, *range(3, 60))))
 def test_no_proof_and_no_refutation_is_false(seed: int) -> None:
     """All corners and 200 random places of a box."""
     draw = random.Random(seed)
@@ -243,6 +244,7 @@ def test_no_proof_and_no_refutation_is_false(seed: int) -> None:
 # -- several points of rest, converters, constants ---------------------------------------------------------------------
 
 
+@pytest.mark.exhaustive("-1.0")
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_of_several_points_of_rest_it_is_that_of_the_run(side: float) -> None:
     """A spring of -k / 10 beside k (x/d)^2: two wells, at the ends of which a small force decides."""
@@ -298,6 +300,7 @@ def test_a_constant_has_a_value_or_a_range() -> None:
     assert status(zero) == ["proved", "proved"]
 
 
+@pytest.mark.exhaustive
 def test_a_step_that_may_come_later_has_no_rest() -> None:
     """The run has settled before the step of some sensors."""
     text = QUADRATIC.replace(

@@ -84,6 +84,7 @@ def test_given_limits_may_be_tightened() -> None:
         assert proof.claim.limit == bound.claim.limit
 
 
+@pytest.mark.exhaustive
 def test_what_stays_as_it_is_has_bounds_next_to_it() -> None:
     for output, value in (("hold.output", 1.0), ("error.output", 0.0)):
         for proof in about("", output).proofs:
@@ -104,6 +105,7 @@ def test_an_output_that_does_not_follow_the_input_has_zero() -> None:
     assert "too near the limit" in found.proofs[0].searched.why
 
 
+@pytest.mark.exhaustive
 def test_an_integrator_on_the_way_has_no_scale_factor() -> None:
     graph = extended(
         "hold.output -> more.input", blocks='[blocks.more]\nkind = "DiscreteIntegrator"\noutput_unit = "1"\n'

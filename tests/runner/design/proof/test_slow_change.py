@@ -90,7 +90,7 @@ def slow() -> Proofs:
     return changing(swing(0.1), "30 %/s")
 
 
-def test_a_swing_is_proved_where_it_changes_slowly_and_grows_where_it_does_fast(slow: Proofs) -> None:
+def test_a_swing_is_proved_where_it_changes_slowly(slow: Proofs) -> None:
     """Mathieu's: a damping ratio of 0.02 bears no change of 10 % at twice the frequency, 10,000 % in a second."""
     assert status(slow) == ["proved"] * 3
     assert len(slow.proofs[0].searched.leaves) > 3
@@ -100,9 +100,13 @@ def test_a_swing_is_proved_where_it_changes_slowly_and_grows_where_it_does_fast(
     assert lines[0].endswith(f"first.stiffness from 9000 to 11000 by at most {step:g} a period")
     assert "changes by at most 3 kN·m/rad in a second" in proofs_text(slow)
     assert "stable under slow change" in proofs_text(slow)
+
+
+@pytest.mark.exhaustive
+def test_paths_of_a_swing_grow_where_they_are_fast_and_nothing_is_proved_there() -> None:
     loop = swing(0.1)
     matrix = of_stiffness(loop)
-    fast = 100.0 * 1e4 / RATE
+    step, fast = 0.3 * 1e4 / RATE, 100.0 * 1e4 / RATE
     assert max(radius_of_path(list(map(matrix, path))) for path in waves(1e3, fast, 64)) > 1.0005
     assert greedy(matrix, 1e3, fast, 2000) > 5e-4
     assert max(radius_of_path(list(map(matrix, path))) for path in waves(1e3, step, 400)) < 1.0
@@ -112,7 +116,7 @@ def test_a_swing_is_proved_where_it_changes_slowly_and_grows_where_it_does_fast(
     assert "with parameters that stay it is" in found.proofs[0].searched.why
 
 
-SAMPLE = (3, 5, 9)
+SAMPLE = (5, 9)
 
 
 @pytest.mark.parametrize("seed", chosen(SAMPLE, [seed for seed in range(60) if seed not in SAMPLE]))
@@ -179,6 +183,7 @@ def test_random_swings_decay_where_several_norms_prove_it(seed: int) -> None:
 # -- one that changes, and one that stays ------------------------------------------------------------------------------
 
 
+@pytest.mark.exhaustive
 def test_parameters_without_a_rate_stay_as_they_are() -> None:
     loop = swing(0.06)
     loop.tolerances["gain.gain"] = 0.3
@@ -194,6 +199,7 @@ def test_parameters_without_a_rate_stay_as_they_are() -> None:
     assert both.rates == tuple(20.0 if one.written == STIFFNESS else 0.01 for one in both.ranges)
 
 
+@pytest.mark.exhaustive
 def test_one_divided_by_a_parameter_moves_by_more() -> None:
     """d(1 / J) is at most dJ / J^2 at the least J: the accelerometer's matrix bends less along 1 / J."""
     graph = read_graph("library:closed_loop_accelerometer")
@@ -223,6 +229,7 @@ def test_sums_of_what_comes_in_need_one_norm_and_some_claims_are_of_parameters_t
 # -- certificates ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.exhaustive
 def test_workers_and_a_second_call_find_the_same(slow: Proofs, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(search, "WORTH_SECONDS", -1.0)
     assert certificate(changing(swing(0.1), "30 %/s", workers=2)) == certificate(slow)

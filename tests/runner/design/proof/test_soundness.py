@@ -95,6 +95,7 @@ def test_no_proof_and_no_refutation_is_false(seed: int) -> None:
 MEASURED = {"disk margin": Loop.disk_margin, "delay margin": Loop.delay_margin, "decay rate": Loop.decay_rate}
 
 
+@pytest.mark.exhaustive("8")
 @pytest.mark.parametrize("seed", chosen(OTHERS, [seed for seed in range(200) if seed not in OTHERS]))
 def test_no_proof_of_other_figures_is_false(seed: int) -> None:
     """The least of each figure at all corners and at random places, and at the sensor that is named."""

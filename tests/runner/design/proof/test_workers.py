@@ -78,6 +78,7 @@ def in_children(monkeypatch: Patch, act: Any) -> Iterator[None]:
         yield
 
 
+@pytest.mark.exhaustive("3")
 @pytest.mark.parametrize("workers", [2, 3])
 def test_answers_and_certificates_are_those_of_one_process(workers: int, alone: Proofs, monkeypatch: Patch) -> None:
     def too_many(*arguments: object) -> None:
@@ -100,6 +101,7 @@ def test_boxes_are_looked_at_in_other_processes(tmp_path: Path, monkeypatch: Pat
     assert str(HERE) not in {file.name for file in tmp_path.iterdir()}
 
 
+@pytest.mark.exhaustive("every box")
 @pytest.mark.parametrize("dying", ["the first box", "every box"])
 def test_what_a_process_leaves_others_do(dying: str, alone: Proofs, tmp_path: Path, monkeypatch: Patch) -> None:
     def dies(box: Any) -> None:
@@ -202,12 +204,14 @@ def test_one_process_starts_no_other(monkeypatch: Patch) -> None:
     prove(GRAPH, tolerances={"gain.gain": "10 %"}, delay_margin="10.5 ms")
 
 
+@pytest.mark.exhaustive
 def test_a_process_of_a_pool_starts_none(monkeypatch: Patch, alone: Proofs) -> None:
     monkeypatch.setattr("proofmass.runner.host.forked.can_fork", lambda: False)
     assert certificate(proofs(2)) == certificate(alone)
     assert Forked(int, 3).count == 0
 
 
+@pytest.mark.exhaustive
 def test_the_command_takes_a_count(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["prove", "library:closed_loop_accelerometer", "--tolerance", "torquer.gain=10 %"]
     files = [str(tmp_path / f"{count}.json") for count in (1, 2)]

@@ -73,6 +73,7 @@ def test_the_slope_of_a_sensitivity_that_is_largest_at_rest() -> None:
     assert found.slopes == {"gain": pytest.approx(-20.0 / math.log(10.0) / 0.5, rel=1e-8)}
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S785", before="each slope by two searches for all margins, 0.5 s a parameter", after="by vectors")
 def test_slopes_of_a_loop_with_several_values_are_those_of_changed_graphs() -> None:
     """Margins of the graph with a parameter a little larger and smaller tell the slope, whatever the matrices do."""

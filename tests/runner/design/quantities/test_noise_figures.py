@@ -85,6 +85,7 @@ def test_an_output_without_noise_has_no_derivatives(slopes: bool, band: tuple[fl
     assert bool(noisy.slopes) == slopes
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S788", before="`worst` and `tune` took the error of a bit as white", after="with its spectrum")
 def test_the_noise_of_a_search_is_that_of_the_budget() -> None:
     """A modulator of second order, in a band in which its error is not white."""

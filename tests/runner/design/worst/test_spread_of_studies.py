@@ -98,6 +98,7 @@ class System:
         return (rest + self.pair(b, c))[within]
 
 
+@pytest.mark.exhaustive("4")
 @pytest.mark.exhaustive(but=2)
 @pytest.mark.defect("S204", before="followers, correlations, drift and signs were left out", after="the ends of all")
 @pytest.mark.parametrize("seed", [*range(8), *(pytest.param(n, marks=pytest.mark.exhaustive) for n in range(8, 60))])

@@ -195,6 +195,7 @@ def test_machine_code_that_was_kept_finds_the_functions_of_a_new_process() -> No
     assert ended.stdout.split() == [str(value) for value in found.tolist()], ended.stderr
 
 
+@pytest.mark.exhaustive
 @needs_compiler
 def test_a_number_that_does_not_fit_is_named_as_without_hardware() -> None:
     problems = []

@@ -31,7 +31,7 @@ SHORT = {  # so that every output moves in so few clocks
 }
 
 
-@pytest.mark.parametrize("apart", [12, pytest.param(1, marks=pytest.mark.exhaustive)])
+@pytest.mark.parametrize("apart", [24, pytest.param(1, marks=pytest.mark.exhaustive)])
 @pytest.mark.skipif(cxxrtl.compiler() is None, reason="needs a C++ compiler")
 def test_every_block_does_in_a_model_what_it_does_in_python(
     apart: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

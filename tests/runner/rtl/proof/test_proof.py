@@ -74,7 +74,6 @@ def proved(module: Module, text: str = "", seconds: float = 30.0) -> Proof:
     "FixedPID",
     "FixedCordicExponential",
     "FixedSlopeEstimator",
-    "FixedSlopeEstimator",
 )
 @pytest.mark.parametrize("block", _some_exhaustive(DIGITAL))
 def test_every_digital_block_is_proved(block: Block) -> None:

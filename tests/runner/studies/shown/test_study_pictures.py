@@ -101,6 +101,7 @@ def test_lifetimes(one_point: StudyResult) -> None:
     assert survival.get_ylabel() == "never out of bias [%]"
 
 
+@pytest.mark.exhaustive
 def test_curves_have_means_and_few_of_them_bands(one_point: StudyResult) -> None:
     measure, rng = one_point.measures[0], np.random.default_rng(3)
     points = [(float(x), rng.normal(x, 1.0, 200)) for x in range(3)]
