@@ -103,6 +103,7 @@ def compensator(name: str, term: str = "exponential_term") -> Graph:
     )
 
 
+@pytest.mark.exhaustive(but=4)
 @pytest.mark.parametrize("engine", ["python", "compiled"])
 @pytest.mark.parametrize("preload", [False, True])
 @each

@@ -13,6 +13,7 @@ from tests.by_hand.responses import response
 WORD, OUT = Fixed(6, 2), Fixed(12, 7)
 
 
+@pytest.mark.exhaustive(but=5)
 @pytest.mark.parametrize("rounding", ROUNDINGS)
 @pytest.mark.parametrize(("order", "bits"), [(1, 3), (3, 2), (5, 1)])
 def test_against_convolution(order: int, bits: int, rounding: str) -> None:

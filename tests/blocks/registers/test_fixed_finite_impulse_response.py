@@ -15,6 +15,7 @@ WORD, OUT = Fixed(16, 12), Fixed(14, 10)
 TAPS = (0.3, -0.71, 0.9, 0.25)
 
 
+@pytest.mark.exhaustive(but=6)
 @pytest.mark.parametrize("overflow", ["saturate", "wrap"])
 @pytest.mark.parametrize("rounding", ROUNDINGS)
 @pytest.mark.parametrize("taps", [TAPS, TAPS[:1]])

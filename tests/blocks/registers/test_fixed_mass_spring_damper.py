@@ -15,7 +15,7 @@ PERIOD = 2.0**-12 * 1e-3
 METHODS = ["forward_euler", "semi_implicit", "leapfrog"]
 
 
-@pytest.mark.exhaustive(but=8)
+@pytest.mark.exhaustive(but=4)
 @pytest.mark.parametrize("overflow", ["saturate", "wrap"])
 @pytest.mark.parametrize("rounding", ROUNDINGS)
 @pytest.mark.parametrize("method", METHODS)

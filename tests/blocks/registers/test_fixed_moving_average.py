@@ -9,6 +9,7 @@ from proofmass.blocks.arithmetic.fixed_point import Fixed
 from tests.by_hand.fixed_point import ROUNDINGS, cast, drive_fixed, value_of, words
 
 
+@pytest.mark.exhaustive(but=6)
 @pytest.mark.parametrize("word", [Fixed(16, 12), Fixed(10, 4, signed=False)], ids=str)
 @pytest.mark.parametrize("rounding", ROUNDINGS)
 @pytest.mark.parametrize("order", [1, 4])

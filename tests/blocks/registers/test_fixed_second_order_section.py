@@ -14,6 +14,7 @@ WORD, STATE, OUT = Fixed(16, 12), Fixed(20, 15), Fixed(14, 10)
 B, A = (0.3, 0.5, 0.2), (-1.2, 0.7)
 
 
+@pytest.mark.exhaustive(but=4)
 @pytest.mark.parametrize("overflow", ["saturate", "wrap"])
 @pytest.mark.parametrize("rounding", ROUNDINGS)
 def test_against_fractions(rounding: str, overflow: str) -> None:

@@ -40,7 +40,7 @@ def test_the_schemas_are_small() -> None:
     assert "properties" in STUDY_SCHEMA
 
 
-@pytest.mark.exhaustive(but=36)
+@pytest.mark.exhaustive(but=12)
 @pytest.mark.parametrize("path", [*LIBRARY, *STUDIES], ids=lambda path: path.stem)
 @pytest.mark.friendly(12, "every graph of the library is valid")
 def test_the_library_is_valid_and_names_its_schema(path: Path) -> None:

@@ -130,6 +130,7 @@ MPMATH: dict[Any, Callable[[Any], Any]] = {
 }
 
 
+@pytest.mark.exhaustive(but=60)
 @pytest.mark.parametrize("function", MPMATH, ids=lambda f: f.__name__)
 @pytest.mark.parametrize("x", [0.03125, 0.4, 0.875])
 def test_elementary_functions(function: Callable[..., float], x: float) -> None:

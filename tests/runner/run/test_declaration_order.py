@@ -41,7 +41,7 @@ def test_permutations_of_every_example_graph(path: Path, permutations: int) -> N
             assert np.array_equal(result[name].values, expected[name].values), name
 
 
-@pytest.mark.exhaustive(but=10)
+@pytest.mark.exhaustive(but=5)
 @pytest.mark.parametrize("samples", amounts(60, 400))
 @pytest.mark.parametrize("path", WALKED)
 def test_permutations_in_plain_python(path: Path, samples: int) -> None:

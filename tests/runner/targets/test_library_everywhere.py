@@ -88,7 +88,7 @@ def test_programs_keep_to_the_form_and_can_be_listed(name: str, plans: dict[str,
     assert "def loop(first: i64, last: i64, seed: i64, run: i64" in listing(program)
 
 
-@pytest.mark.exhaustive(but=5)
+@pytest.mark.exhaustive(but=3)
 @needs_gcc
 @pytest.mark.parametrize("name", GRAPHS)
 def test_c_has_the_bits_of_machine_code(name: str, plans: dict[str, CompiledPlan], tmp_path: Path) -> None:

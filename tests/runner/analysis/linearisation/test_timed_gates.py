@@ -66,6 +66,7 @@ def test_windows_of_two_ticks_of_a_sequence_of_four(shut: int) -> None:
     assert noise(graph, "mean.mean").rms == pytest.approx(math.sqrt(3.0 / 8.0))
 
 
+@pytest.mark.exhaustive(but=3)
 @pytest.mark.defect("S814", before="1, the rms of a gate that is open", after="that of all its ticks")
 @pytest.mark.parametrize(("length", "shut"), [(4, 3), (7, 0), (12, 11), (300, 299), (300, 150)])
 def test_a_gate_of_ones_own_that_reads_the_clock(length: int, shut: int) -> None:
@@ -122,6 +123,7 @@ def test_a_gate_with_its_signal_held_is_not_taken_for_one_that_runs_alone() -> N
     assert not onward.wires(nodes, 8, {"rest", "gate"}, frozenset(), ()).any()
 
 
+@pytest.mark.exhaustive(but=4)
 @pytest.mark.defect("S817", before="1, the gain of the first tick", after="the mean of all ticks")
 @pytest.mark.parametrize("source", [Constant(value=0.0), Sine(frequency=20_000.0, amplitude=0.0), WHITE])
 @pytest.mark.parametrize(("length", "shut"), [(4, 3), (7, 5), (300, 150)])

@@ -55,6 +55,7 @@ def test_the_dead_band_of_a_first_order_section(a: float, rule: str) -> None:
         assert truth == math.floor(0.5 / (1.0 - a)) == math.floor(found.limit)
 
 
+@pytest.mark.exhaustive(but=8)
 @pytest.mark.parametrize("rule", ROUNDINGS)
 @pytest.mark.parametrize(("a1", "a2"), [(-110, 61), (-64, 60), (30, 58), (-115, 55), (0, 61)])
 def test_limit_cycles_of_a_second_order_section(a1: int, a2: int, rule: str) -> None:

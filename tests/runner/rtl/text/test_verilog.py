@@ -65,7 +65,7 @@ def compare(module: Module, ticks: int) -> None:
         }
 
 
-@pytest.mark.exhaustive(but=20)
+@pytest.mark.exhaustive(but=10)
 @pytest.mark.parametrize("block", DIGITAL, ids=repr)
 def test_every_digital_block_does_in_hardware_what_it_does_in_python(block: Block) -> None:
     ranges = {name: Word(-5, 20) for name, port in type(block).inputs.items() if port.dtype is int}
