@@ -95,6 +95,16 @@ def test_four_panels_with_names() -> None:
     assert title == "main: gain margin 31.57 dB, phase margin 90.9°, delay margin 766.8 µs"
 
 
+def test_the_disk_of_a_nyquist_diagram_touches_the_curve_and_does_not_cut_it() -> None:
+    (panel,) = (axes for axes in plot_margins(margins(GRAPH)).axes if axes.get_ylabel() == "imaginary part of L")
+    of = {str(line.get_label()).partition(" margin ")[0]: line.get_xydata() for line in panel.lines}
+    disk, curve = (np.asarray(of[name]) @ [1.0, 1j] for name in ("disk", "negative frequencies"))
+    middle, radius = 0.5 * (disk.real.min() + disk.real.max()), 0.5 * np.ptp(disk.real)
+    assert np.abs(disk - middle) == pytest.approx(radius, rel=1e-3)
+    assert np.min(np.abs(curve - middle)) == pytest.approx(radius, rel=1e-3)
+    assert -1.0 / disk.real.min() == pytest.approx(-disk.real.max(), rel=1e-2), "a gain and its inverse"
+
+
 @pytest.mark.exhaustive
 def test_margins_are_distances_also_of_a_loop_with_several_values_of_its_wire() -> None:
     found = margins(read_graph(library_file("force_balance_seismometer.toml")))

@@ -30,3 +30,12 @@ def test_tones_have_their_power_at_their_lines_alone(kind: str) -> None:
         assert set(np.flatnonzero(power > 1e-12 * power.max())) == set(one.lines.tolist())
         assert (one.frequencies(1e-3) >= 10.0 - 1e-9).all()
         assert (one.frequencies(1e-3) <= 400.0 + 1e-9).all()
+
+
+@pytest.mark.parametrize(("bandwidth", "highest"), [(20.0, 200.0), (100.0, 450.0)])
+def test_without_a_band_it_is_that_about_the_bandwidth(bandwidth: float, highest: float) -> None:
+    """From a twentieth of the bandwidth to ten times it, or to 0.9 of the 500 Hz that a period of 1 ms can tell."""
+    (one,) = repetitions(Stimulus("multitone", 1.0), WIRES, bandwidth)
+    frequencies = one.frequencies(1e-3)
+    assert frequencies[0] == pytest.approx(bandwidth / 20.0)
+    assert frequencies[-1] == pytest.approx(highest)

@@ -142,7 +142,11 @@ def test_random_systems_of_two_and_three_loops(seed: int) -> None:
 @pytest.mark.exhaustive
 def test_pictures_and_refusals() -> None:
     found = margins_together(GRAPH, ["x", "y"])
-    assert "disk margin" in plot_together(found).axes[0].get_title(loc="left")
+    (panel,) = plot_together(found).axes
+    assert "disk margin" in panel.get_title(loc="left")
+    curves = [np.asarray(line.get_xydata()).T for line in panel.lines if len(line.get_xdata()) > 1]
+    changes = min(f[np.abs(margin / margin[0] - 1.0) > 1e-3][0] for f, margin in curves)
+    assert panel.get_xlim()[0] == pytest.approx(max(changes / 10.0, curves[0][0][0]), rel=0.1)
     with pytest.raises(ModelError, match="several loops"):
         margins_together(read_graph_text(INTEGRATING))
     with pytest.raises(ModelError, match="same output"):
