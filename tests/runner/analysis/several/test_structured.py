@@ -36,6 +36,7 @@ def test_blocks_of_several_values() -> None:
 def test_closed_forms() -> None:
     triangular = np.array([[0.5, 100.0], [0.0, -0.7]], dtype=complex)
     assert upper_bound(triangular, [1, 1]).bound == pytest.approx(0.7, rel=1e-6), "one way does not close a loop"
+    assert lower_bound(triangular, [1, 1])[0] == pytest.approx(0.7, rel=1e-9)
     turned = np.array([[0.0, 4.0], [9.0, 0.0]], dtype=complex)
     assert upper_bound(turned, [1, 1]).bound == pytest.approx(6.0, rel=1e-9)
     assert upper_bound(np.zeros((2, 2), dtype=complex), [1, 1]).bound == 0.0
