@@ -99,6 +99,13 @@ def test_what_has_no_value_meets_nothing() -> None:
     assert "no value" in "".join(findings_text([found["main.gain_margin"]]))
 
 
+@pytest.mark.parametrize(("length", "shown"), [(60, 60), (61, 56)])
+def test_long_texts_end_within_a_line(length: int, shown: int) -> None:
+    finding = Finding("long", "x" * length, "gain", "", 1.0, 0.0, 2.0)
+    (line,) = (line for line in findings_text([finding]) if " long " in line)
+    assert line.rstrip().endswith(" " + "x" * shown + ("" if shown == length else " ..."))
+
+
 def test_tables_and_files(findings: dict[str, Finding], tmp_path: Path) -> None:
     some = list(findings.values())
     lines = findings_text(some)
