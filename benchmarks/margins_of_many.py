@@ -69,7 +69,7 @@ def _difference(one: tuple[float, ...] | ModelError, other: tuple[float, ...] | 
     if isinstance(one, ModelError) or isinstance(other, ModelError):
         return 0.0 if isinstance(one, ModelError) and isinstance(other, ModelError) else np.inf
     pairs = ((a, b) for a, b in zip(one, other, strict=True) if a != b and not (np.isnan(a) and np.isnan(b)))
-    return max((abs(a - b) / abs(b) for a, b in pairs), default=0.0)
+    return max((abs(a - b) / abs(b) if b else np.inf for a, b in pairs), default=0.0)
 
 
 if __name__ == "__main__":

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 INTERPRETED = 1.5  # seconds of plain Python, after which the loop is compiled
 _CHUNK = 0.05  # seconds from one report of progress to the next
 _AWAY, _FROM_ZERO = 1.001, 1e-6  # factor and offset of signals that are held where nothing else moves them
-_FEW = 64  # ticks with noise that plain Python follows
+_FEW = 64  # ticks that plain Python follows in dual numbers
 
 
 class Forward:
@@ -142,7 +142,8 @@ class Course:
     whose plan differs in numbers alone.
     """
 
-    def __init__(self, plan: Plan, like: "Course | None" = None) -> None:
+    def __init__(self, plan: Plan, like: "Course | None" = None, many: bool = False) -> None:
+        """Take a plan, a course that it may share machine code with, and whether `many` courses will be like it."""
         self.plan = plan.without_noise
         self.kept: dict[Hashable, Any] = {}  # runs with noise that an analysis asks for at several points
         self._run: Forward | None = None
@@ -151,19 +152,22 @@ class Course:
         self._has_slopes: bool | None = None
         self._parts = dict[frozenset[str], MachineCode]()
         self._noisy, self._asked, self._noisy_code = plan, 0, MachineCode(plan)
+        self._few = 0 if many else _FEW
         self.like = like if like is not None and self.plan.same_sizes(like.plan) else None
         self._code: MachineCode = self.like._code if self.like is not None else MachineCode(self.plan)
 
-    def slopes(self, ticks: int = 0, noise: bool = False, blocks: AbstractSet[str] = frozenset()) -> "SlopeCode | None":
+    def slopes(
+        self, ticks: int = LARGEST_RUN, noise: bool = False, blocks: AbstractSet[str] = frozenset()
+    ) -> "SlopeCode | None":
         """Return the machine code of ticks with their slopes, and those by all of `noise`, if the plan has such.
 
-        It is made once so many `ticks` in all are asked for that plain Python would take longer. It is that of some
-        `blocks` and of what they depend on, where these are the lesser part of the plan.
+        There is none for a few `ticks` of one course, and with noise for a few in all: plain Python takes less time. It
+        is that of some `blocks` and of what they depend on, where these are the lesser part of the plan.
         """
         if self.like is not None:
             return self.like.slopes(ticks, noise, blocks)
-        self._asked += ticks
-        if self._asked < (_FEW if noise else 0):
+        self._asked += ticks if noise else 0
+        if (self._asked if noise else ticks) < self._few:
             return None
         # start-up time: short periods need no compiler
         from proofmass.runner.targets.native_slopes import SlopeCode, has_slopes

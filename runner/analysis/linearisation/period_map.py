@@ -230,7 +230,7 @@ def period_map(
     inputs to outputs, or of `everything` that the outputs depend on. Of blocks with `noise` the
     deviates and the errors of quantisers are further inputs, what `quantisers` are given, or all of them, is a further
     output (`NoisyTicks`), and the states are those of blocks on paths from there too. With `drawn` that is along a run
-    with noise. `slopes` returns the machine code of ticks with their slopes, if the plan has such: for long periods.
+    with noise. `slopes` returns the machine code of ticks with their slopes, if the plan has such, for long periods.
     With `later`, which runs a memory on by some ticks, a wire that holds its value counts once, where all of its values
     are held alike. The map then begins with a new value.
 
@@ -246,7 +246,7 @@ def period_map(
     counted: set[str] = set()  # blocks whose integers are bits or indices and keep their values
     single = by_ticks and cut and len(inputs) == 1 and not by_parameters and not noise
     stepped = single and ticks > min(plan.stride(inputs[0]), _MANY)
-    coded = (single and ticks > _MANY) or (bool(noise) and not by_parameters and one_model_each(noise))
+    coded = single or (bool(noise) and not by_parameters and one_model_each(noise))
     code = slopes(ticks, bool(noise), upstream) if coded else None
     if code is not None and not code.wires.keys() >= {*inputs, *outputs}:  # vectors, and truth values
         code = None

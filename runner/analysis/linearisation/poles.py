@@ -111,7 +111,10 @@ def judge(
     """
     distances = [_distance(root, sampled) for root in balls]
     alike, scale = balanced(closed)
-    rounding = _ROUNDINGS * ticks * _EPSILON * np.abs(alike) * _inexact(alike)
+    inexact = _inexact(alike)
+    sizes = np.abs(alike) * inexact
+    rounding = np.sqrt(np.outer(sizes.max(axis=1, initial=0.0), sizes.max(axis=0, initial=0.0)))
+    rounding *= _ROUNDINGS * ticks * _EPSILON * inexact
     reach, moving = _LARGEST, np.zeros_like(rounding)
     if variation is not None:
         settling = 1.0 - np.abs(variation.poles)

@@ -7,8 +7,9 @@ others makes no difference to its figures.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache, cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,21 +19,32 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.loops import AUTO, REQUIREMENTS, SETTLED, VERDICTS
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Course
-from proofmass.runner.analysis.linearisation.linearisation import At, OperatingPoints, tick_of_time
+from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import loop_nodes
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import SAME
 from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS, place_of
 from proofmass.runner.analysis.linearisation.settle import settled_tick
-from proofmass.runner.analysis.linearisation.tick_maps import maps_of_ticks
+from proofmass.runner.analysis.linearisation.tick_maps import between
 from proofmass.runner.analysis.margins.figures import decibels, least_gain_margin
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
-from proofmass.runner.analysis.margins.side_by_side import Amounts, LoopKind, OpenLoops, amounts, kind_of
+from proofmass.runner.analysis.margins.side_by_side import (
+    MOVED,
+    Amounts,
+    LoopKind,
+    Neutral,
+    OpenLoops,
+    amounts,
+    grows,
+    kind_of,
+    neutral_mode,
+)
 from proofmass.runner.analysis.margins.stability import attained, margins_or_reasons
 from proofmass.runner.derivatives.dual_noise import changing
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.derivatives.stepped_ticks import TickSlopes
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Truths
 from proofmass.runner.plan.bindings import BufferBinding, StateBinding, Tick, Time
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan
@@ -45,11 +57,13 @@ MarginValues = tuple[
 ]  # of each loop its requirements in their order, NaN if it is not stable, and its verdict
 _TURN = 2.0 * math.pi
 _OF_TIME = (StateBinding, BufferBinding, Time, Tick)
+_TOGETHER = 256  # sensors whose slopes are kept at a time
+_STEADY = 1e-6  # part of a figure that may change in a period: in all that matters of a run, no more than `FROZEN`
 
 
 @dataclass(frozen=True)
-class _Pattern:
-    """Facts that the loops of all sensors at one wire share."""
+class _Period:
+    """Facts that the loops of all sensors at one wire share, from one operating point on."""
 
     node: Endpoint
     ticks: int
@@ -57,9 +71,18 @@ class _Pattern:
     places: Mapping[Entry, LastingPlace]  # of all states that have slopes
     moving: frozenset[str]
     timed: frozenset[str]  # blocks upstream that may switch the loop, at times that may be others for other numbers
+    tick: int | None  # of the operating point; None: each settles in its own
+
+
+@dataclass(frozen=True)
+class _Pattern:
+    """A period at the operating point, and the kind of a loop there. From where it starts up it must grow away."""
+
+    at: _Period
     kind: LoopKind
+    neutral: Neutral | None
     period: float
-    tick: int  # of the operating point, unless each settles in its own
+    start: _Period | None
 
 
 class ManyMargins:
@@ -67,124 +90,194 @@ class ManyMargins:
 
     def __init__(self, plan: Plan, at: str) -> None:
         self._plan, self._at = plan, at
-        self._time: At = 0.0 if at == AUTO else at  # of what is taken side by side
-        self._course = Course(plan)
+        self._course = Course(plan, many=True)
         self._nodes = loop_nodes(plan)
         self._patterns = self._common()
 
     def values(self, sensors: Sequence[Plan]) -> list[MarginValues | ModelError]:
         """Return the margins of each sensor, or why it has none."""
-        columns = [self._fast(pattern, sensors) for pattern in self._patterns]
-        made: list[MarginValues | ModelError] = []
+        parts = (sensors[first : first + _TOGETHER] for first in range(0, len(sensors), _TOGETHER))
+        return [value for part in parts for value in self._values(part)]
+
+    def _values(self, sensors: Sequence[Plan]) -> Iterator[MarginValues | ModelError]:
+        courses = [Course(sensor, like=self._course) for sensor in sensors]
+        settled = cache(settled_tick)  # of a course, for all of its loops
+        columns = [self._fast(pattern, courses, settled) for pattern in self._patterns]
         for number, sensor in enumerate(sensors):
             rows = [column[number] for column in columns]
             known = [row for row in rows if row is not None]
-            whole = known and len(known) == len(self._nodes)
-            made.append(
-                tuple(value for row in known for value in row)
-                if whole
-                else margins_alone(sensor, self._at, self._course)
-            )
-        return made
+            if known and len(known) == len(self._nodes):
+                yield tuple(value for row in known for value in row)
+            else:
+                yield margins_alone(sensor, self._at, self._course)
 
     def _common(self) -> list[_Pattern]:
         """Return what is common to the loops at each wire; nothing if one of them is not of a kind for this."""
-        patterns, memory = [], start(self._plan)
-        for node in self._nodes.values():
-            try:
-                tick = 0 if self._at == SETTLED else tick_of_time(self._plan, self._time)
-                about, system = OperatingPoints(self._plan, self._at).about_loop(node)
-                whole = about.point_of(ends := Ends((node,), (node,), cut=True))
-                found = margins_of(system, "", "")
-            except ModelError:
-                return []
-            moves = system.continuous or whole.moves or whole.others or whole.notes or whole.rings.of
-            if self._at == AUTO and about.tick:  # each looks for its own point
-                return []
-            if moves or whole.periods != 1 or system.per_period != 1 or found.hidden or self._course.slopes() is None:
-                return []
-            a, b, c, d = system.matrices
-            first, turn = OpenLoops(a[None], b[None, :, 0], c[None, 0], d[0]), _TURN * system.map.period
-            gains, phases = ([turn * f for f in each] for each in (found.gain_crossovers, found.phase_crossovers))
-            upstream, moving = ends.blocks(self._plan)
-            patterns.append(
-                _Pattern(
-                    node,
-                    system.ticks,
-                    system.map.states,
-                    {entry: place_of(memory, entry, NO_RINGS) for entry in whole.map.states},
-                    frozenset(moving),
-                    frozenset((upstream - moving) & changing(self._plan, _OF_TIME)),
-                    kind_of(first, gains, phases),
-                    system.map.period,
-                    tick,
-                )
-            )
-        return patterns
+        if self._course.slopes() is None:
+            return []
+        points = OperatingPoints(self._plan, self._at, course=self._course)
+        try:
+            found = [self._pattern(points, node) for node in self._nodes.values()]
+        except ModelError:
+            return []
+        return [] if None in found else [pattern for pattern in found if pattern is not None]
 
-    def _fast(self, pattern: _Pattern, sensors: Sequence[Plan]) -> list[MarginValues | None]:
+    def _pattern(self, points: OperatingPoints, node: Endpoint) -> _Pattern | None:
+        about, system = points.about_loop(node)
+        period, point, found = (
+            self._period(about, system, node),
+            about.point_of(_ends(node)),
+            margins_of(system, "", ""),
+        )
+        start = None
+        if self._at == AUTO and about.tick:  # each looks for its own point, first at the start
+            start = self._starting(node) if about.at == SETTLED else None
+            if start is None:
+                return None
+        elif self._at == AUTO and point.moves:  # it may leave the start
+            return None
+        loop = _loop(system)
+        neutral = neutral_mode(loop) if found.hidden else None
+        if period is None or point.others or point.notes or len(found.hidden) != (neutral is not None):
+            return None
+        turn = _TURN * system.map.period
+        gains, phases = ([turn * f for f in each] for each in (found.gain_crossovers, found.phase_crossovers))
+        kind = kind_of(neutral.left_out(loop)[0] if neutral else loop, gains, phases)
+        return _Pattern(period, kind, neutral, system.map.period, start)
+
+    def _starting(self, node: Endpoint) -> _Period | None:
+        """Return the period of a loop that starts up; None of one that may have an answer at the start."""
+        about = Linearisation(self._plan, self._course)
+        there = about.opened(node)
+        period, loop = self._period(about, there, node), [_loop(there)] * 2
+        return period if period and _Loops([0], *loop).start_up()[0] else None
+
+    def _period(self, about: Linearisation, system: OpenLoop, node: Endpoint) -> _Period | None:
+        """Return the period of a loop that is that of the schedule and stays; None of any other."""
+        ends = _ends(node)
+        whole = about.point_of(ends)
+        if system.continuous or whole.rings.of or whole.periods != 1 or system.per_period != 1:
+            return None
+        upstream, moving = ends.blocks(self._plan)
+        memory = start(self._plan)
+        return _Period(
+            node,
+            system.ticks,
+            system.map.states,
+            {entry: place_of(memory, entry, NO_RINGS) for entry in whole.map.states},
+            frozenset(moving),
+            frozenset((upstream - moving) & changing(self._plan, _OF_TIME)),
+            None if about.at == SETTLED else about.tick,
+        )
+
+    def _fast(
+        self, pattern: _Pattern, courses: Sequence[Course], settled: Callable[[Course], int]
+    ) -> list[MarginValues | None]:
         """Return the margins of the sensors at one wire, None for those that want the certified path."""
+        values: list[MarginValues | None] = [None] * len(courses)
+        some = dict(enumerate(courses))
+        if pattern.start is not None:
+            several = self._loops(pattern.start, some, settled)
+            starting = {n: up for rows in several for n, up in zip(rows.numbers, rows.start_up(), strict=True)}
+            some = {number: course for number, course in some.items() if starting.get(number)}
+        for rows in self._loops(pattern.at, some, settled):
+            found, sure = rows.amounts(pattern.kind, pattern.neutral)
+            for row, number in enumerate(rows.numbers):
+                if sure[row] and (found.stable[row] or self._at != AUTO):
+                    values[number] = _row(found, row, pattern.period)
+        return values
+
+    def _loops(
+        self, period: _Period, courses: Mapping[int, Course], settled: Callable[[Course], int]
+    ) -> Iterator["_Loops"]:
+        """Yield the loops of sensors at one wire, those together whose slopes have the same structure."""
         alike, engine = dict[tuple[bytes, ...], dict[int, TickSlopes]](), None
-        for number, sensor in enumerate(sensors):
-            ran = self._two_periods(pattern, Course(sensor, like=self._course), engine)
+        for number, course in courses.items():
+            ran = self._two_periods(period, course, settled, engine)
             engine = ran or engine
             if ran:
                 slopes = ran.slopes()
                 alike.setdefault(slopes.structure(), {})[number] = slopes
-        values: list[MarginValues | None] = [None] * len(sensors)
         for several in alike.values():
-            numbers, loops = _together(pattern, several)
-            if numbers:
-                found = amounts(loops, pattern.kind)
-                for row, number in enumerate(numbers):
-                    known = found.certain[row] and (found.stable[row] or self._at != AUTO)
-                    values[number] = _row(found, row, pattern.period) if known else None
-        return values
+            first = next(iter(several.values()))
+            both = first._replace(value=np.array([slopes.value for slopes in several.values()])).halves()
+            if all(_is_of(period, half) for half in first.halves()):
+                yield _Loops([*several], *(_of_states(_whole(half), first, period) for half in both))
 
     def _two_periods(
-        self, pattern: _Pattern, course: Course, before: "CompiledSlopes | None"
+        self, period: _Period, course: Course, settled: Callable[[Course], int], before: "CompiledSlopes | None"
     ) -> "CompiledSlopes | None":
         """Return two periods of a sensor's loop, by the engine of one `before` if that serves; None if they fail."""
         plan, code = course.plan, self._course.slopes()
         assert code is not None
-        if any(plan.blocks[name] is not self._plan.blocks[name] for name in pattern.timed):
+        if any(plan.blocks[name] is not self._plan.blocks[name] for name in period.timed):
             return None
         try:
-            tick = settled_tick(course) if self._at == SETTLED else pattern.tick
-            memory = course.at(tick - tick % pattern.ticks)
+            tick = settled(course) if period.tick is None else period.tick
+            memory = course.at(tick - tick % period.ticks)
             if before and course.like and not plan.recorded:
                 before.again(plan, memory)
                 engine = before
             else:
-                engine = code.ticks(memory, pattern.node, {*pattern.places.values()}, pattern.moving, plan)
-            return engine if engine.advance(memory.tick + 2 * pattern.ticks, ()) else None
+                engine = code.ticks(memory, period.node, {*period.places.values()}, period.moving, plan)
+            return engine if engine.advance(memory.tick + 2 * period.ticks, ()) else None
         except (ModelError, ArithmeticError):
             return None
 
 
-def _together(pattern: _Pattern, several: Mapping[int, TickSlopes]) -> tuple[list[int], OpenLoops]:
-    """Return which of some sensors have a loop of the pattern that the next period repeats, and these loops.
+@dataclass(frozen=True)
+class _Loops:
+    """Loops of some sensors in a period, and in the next one."""
 
-    Their slopes have the same structure.
-    """
-    first = next(iter(several.values()))
-    of_pattern = all(_is_of(pattern, half) for half in first.halves())
-    both = first._replace(value=np.array([slopes.value for slopes in several.values()])).halves()
-    states = [first.places.index(pattern.places[state]) for state in pattern.states]
-    whole, after = (_period(half, states) for half in both)
-    same = of_pattern & np.all(np.abs(after - whole) <= SAME * np.abs(whole), axis=(1, 2))
-    n, whole = len(states), whole[same]
-    numbers = np.array([*several])[same].tolist()
-    return numbers, OpenLoops(whole[:, :n, :n], whole[:, :n, n], -whole[:, n, :n], -whole[:, n, n])
+    numbers: Sequence[int]
+    now: OpenLoops
+    after: OpenLoops
+
+    @cached_property
+    def same(self) -> Truths:
+        """Which of them the next period repeats."""
+        pairs = zip(self.now, self.after, strict=True)
+        alike = [np.abs(later - part) <= SAME * np.abs(part) for part, later in pairs]
+        return np.all([each.reshape(len(each), -1).all(axis=1) for each in alike], axis=0)
+
+    def start_up(self) -> list[bool]:
+        """Return which of them grow beyond doubt, or have no gain."""
+        open_ends = (self.now.d == 0.0) & (self.now.b.shape[1] == 0)
+        return (open_ends | np.where(self.same, grows(self.now), grows(self.now, MOVED))).tolist()
+
+    def amounts(self, kind: LoopKind, neutral: Neutral | None) -> tuple[Amounts, Truths]:
+        """Return their figures, and which of these are sure: of periods that are the same, or nearly so."""
+        now, known = neutral.left_out(self.now) if neutral else (self.now, np.ones(len(self.numbers), dtype=bool))
+        found = amounts(now, kind)
+        if self.same.all():
+            return found, known & found.certain
+        after, later = neutral.left_out(self.after) if neutral else (self.after, known)
+        again = amounts(after, kind)
+        steady = [np.isclose(one, two, _STEADY, 0.0) for one, two in zip(found, again, strict=True)]
+        moving = np.all(steady, axis=0) & (np.abs(found.slowest - 1.0) > MOVED) & later & again.certain
+        return found, known & found.certain & (self.same | moving)
 
 
-def _is_of(pattern: _Pattern, slopes: TickSlopes) -> bool:
-    """Return whether a period has one value of the wire, and the states of the pattern between its ends."""
-    maps = maps_of_ticks(slopes, pattern.places, pattern.places)
-    return maps is not None and {*maps.places} == {*pattern.states} and len(maps.d) == 1
+def _ends(node: Endpoint) -> Ends:
+    return Ends((node,), (node,), cut=True)
 
 
-def _period(slopes: TickSlopes, states: Sequence[int]) -> Array:
+def _loop(system: OpenLoop) -> OpenLoops:
+    """Return a loop with one value of the wire in a period as a row."""
+    a, b, c, d = system.matrices
+    return OpenLoops(a[None], b[None, :, 0], c[None, 0], d[0])
+
+
+def _is_of(period: _Period, slopes: TickSlopes) -> bool:
+    """Return whether a period has one value of the wire, and its states between its ends."""
+    whole, size = _whole(slopes._replace(value=slopes.value[None]))[0] != 0.0, len(slopes.places)
+    kept = between(whole[:size, :size], whole[:size, size], whole[size, :size])
+    return int(slopes.valued.sum()) == 1 and {slopes.places[i] for i in kept} == {
+        period.places[s] for s in period.states
+    }
+
+
+def _whole(slopes: TickSlopes) -> Array:
     """Return [A b] and below it [c d] of a period with one value of the wire, for each of several sensors."""
     size, bounds = len(slopes.places), np.searchsorted(slopes.tick, np.arange(len(slopes.valued) + 1))
     moved, read = np.eye(size, size + 1)[None], np.zeros((len(slopes.value), 1, size + 1))
@@ -194,7 +287,14 @@ def _period(slopes: TickSlopes, states: Sequence[int]) -> Array:
         after = maps[:, :, :size] @ moved
         after[:, :, size] += maps[:, :, size]
         moved, read = after[:, :size], after[:, size:] if valued else read
-    return np.concatenate([moved[:, states], read], axis=1)[:, :, [*states, size]]
+    return np.concatenate([moved, read], axis=1)
+
+
+def _of_states(whole: Array, slopes: TickSlopes, period: _Period) -> OpenLoops:
+    """Return the loops of a period, with the sign of negative feedback."""
+    states, size = [slopes.places.index(period.places[state]) for state in period.states], len(slopes.places)
+    rows = whole[:, states]
+    return OpenLoops(rows[:, :, states], rows[:, :, size], -whole[:, size, states], -whole[:, size, size])
 
 
 def margins_alone(sensor: Plan, at: str, like: Course | None = None) -> MarginValues | ModelError:

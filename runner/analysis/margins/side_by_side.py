@@ -21,8 +21,12 @@ _SLOWEST, _DENSITY = 1e-7, 40  # rad in a sample, and points of a decade from th
 _AROUND = np.linspace(-1.0, 1.0, 30)  # of each crossover of the first loop, for each of some widths
 _WIDEST, _BETWEEN = 0.3, 3.0  # largest width, as a part of the frequency, and points between neighbours
 _HALVINGS = 60
+_STEP = 1e-5  # part of a frequency, by which a crossover may lie beside that of the polynomials
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 _NEAR = 1e-5  # distance of a pole from the unit circle, and part of a frequency, that the certified path decides on
+MOVED = 0.0101  # this distance where the operating point moves: that moves no pole from further off (`poles.judge`)
+_INFINITE = 1e3  # size of L at rest that rounding makes of an infinite one, at least
+_NO_MODE = 1e-11  # part of the largest singular value that is zero but for rounding
 _TOUCHING = 1e-3  # distance of |L| from 1 beside a crossover
 
 
@@ -42,24 +46,75 @@ class LoopKind:
     scale: Array
     gain_crossovers: tuple[float, ...]
     phase_crossovers: tuple[float, ...]
+    integrates: bool = False  # L is infinite at rest
 
 
 def kind_of(loop: OpenLoops, gain_crossovers: Sequence[float], phase_crossovers: Sequence[float]) -> LoopKind:
     """Return the kind of the only loop, by its crossovers in rad in a period. Where L is zero there is no limit."""
     a, b, c, d = (part[0] for part in loop)
-    scale = balanced(a - np.outer(b, c) / (1.0 + d))[1]
+    scale = balanced(_closed(loop)[0])[1]
 
     def counts(w: float) -> bool:
         size = abs(c @ np.linalg.solve(np.exp(1j * w) * np.eye(len(a)) - a, b) + d)
         return bool(w < math.pi * (1.0 - 1e-9) and 1.0 / LARGEST_FACTOR < size < LARGEST_FACTOR)
 
-    return LoopKind(scale, tuple(gain_crossovers), tuple(filter(counts, phase_crossovers)))
+    sizes = np.linalg.svd((_scaled(loop, scale).a - np.eye(len(a)))[0], compute_uv=False)
+    integrates = bool(len(a) and sizes[-1] <= _NO_MODE * sizes[0])
+    return LoopKind(scale, tuple(gain_crossovers), tuple(filter(counts, phase_crossovers)), integrates)
+
+
+@dataclass(frozen=True)
+class Neutral:
+    """A mode at 1 that no gain moves, such as the phase of an oscillation: it is not seen, or not reached."""
+
+    scale: Array
+    seen: bool
+
+    def left_out(self, loops: OpenLoops) -> tuple[OpenLoops, Truths]:
+        """Return the loops without it, and which of them have it, once.
+
+        A reflection takes it to the first axis (Householder), of which the others know nothing, or which stays at zero.
+        """
+        a, b, c, d = _scaled(loops, self.scale)
+        eye = np.eye(len(self.scale))
+        less, through = (a - eye).transpose(0, 2, 1) if self.seen else a - eye, b if self.seen else c
+        through = through / np.linalg.norm(through, axis=1, keepdims=True)
+        _, sizes, turned = np.linalg.svd(np.concatenate([less, through[:, None]], axis=1))
+        axis = turned[:, -1].copy()
+        axis[:, 0] += np.copysign(1.0, axis[:, 0])
+        mirror = eye - axis[:, :, None] * axis[:, None] / np.abs(axis[:, :1, None])
+        a, b, c = mirror @ a @ mirror, np.einsum("kij,kj->ki", mirror, b), np.einsum("ki,kij->kj", c, mirror)
+        once = (sizes[:, -1] <= _NO_MODE * sizes[:, 0]) & (sizes[:, -2] > _NEAR * sizes[:, 0])
+        return OpenLoops(a[:, 1:, 1:], b[:, 1:], c[:, 1:], d), once
+
+
+def neutral_mode(loop: OpenLoops) -> Neutral | None:
+    """Return the mode at 1 of the only loop that no gain moves; None if there is none, or not one alone."""
+    scale = balanced(_closed(loop)[0])[1]
+    modes = (Neutral(scale, seen) for seen in (False, True))
+    return next((mode for mode in modes if mode.left_out(loop)[1].all()), None)
+
+
+def grows(loops: OpenLoops, beyond: float = _NEAR) -> Truths:
+    """Return which closed loops have a pole outside the unit circle, `beyond` a distance."""
+    return np.asarray(np.max(np.abs(np.linalg.eigvals(_closed(loops))), axis=1, initial=0.0) > 1.0 + beyond)
+
+
+def _closed(loops: OpenLoops) -> Array:
+    a, b, c, d = loops
+    return a - b[:, :, None] * c[:, None, :] / (1.0 + d)[:, None, None]
+
+
+def _scaled(loops: OpenLoops, s: Array) -> OpenLoops:
+    a, b, c, d = loops
+    return OpenLoops(a * s / s[:, None], b / s, c * s, d)
 
 
 class Amounts(NamedTuple):
     """Figures of loops, a row each, infinite where there is no limit; and which rows are certain."""
 
     stable: Truths
+    slowest: Array  # size of the slowest pole of the closed loop
     gain_margin: Array  # factor
     gain_reduction: Array  # factor, 0 without limit
     phase_margin: Array  # rad
@@ -73,13 +128,14 @@ def amounts(loops: OpenLoops, kind: LoopKind) -> Amounts:
     chain = _Chain(loops, kind)
     gains, sure_of_gains = chain.crossings(lambda value: np.abs(value) - 1.0, kind.gain_crossovers)
     phases, sure_of_phases = chain.crossings(lambda value: value.imag, kind.phase_crossovers, negative=True)
-    certain = sure_of_gains & sure_of_phases & chain.apart
-    sizes = np.hstack([-chain.at(phases).real, *(np.where(end < 0.0, -end, 0.0)[:, None] for end in chain.ends)])
+    certain = sure_of_gains & sure_of_phases & chain.sure & (np.abs(chain.size - 1.0) > _NEAR)
+    sizes = np.hstack([-chain.exactly(phases).real, *(np.where(end < 0.0, -end, 0.0)[:, None] for end in chain.ends)])
     with np.errstate(divide="ignore", invalid="ignore"):
         factors = np.where((sizes > 1.0 / LARGEST_FACTOR) & (sizes < LARGEST_FACTOR), 1.0 / sizes, np.nan)
-    lags = np.angle(-chain.at(gains))
+    lags = np.angle(-chain.exactly(gains))
     return Amounts(
-        chain.stable,
+        chain.size < 1.0,
+        chain.size,
         np.min(np.where(factors > 1.0, factors, np.inf), axis=1, initial=np.inf),
         np.max(np.where(factors < 1.0, factors, 0.0), axis=1, initial=0.0),
         np.fmin.reduce(np.abs(lags), axis=1, initial=np.inf),
@@ -93,17 +149,16 @@ class _Chain:
     """Polynomials of the loops, and their values on a grid."""
 
     def __init__(self, loops: OpenLoops, kind: LoopKind) -> None:
-        s = kind.scale
-        a, b, c = loops.a * s / s[:, None], loops.b / s, loops.c * s
-        closed = a - b[:, :, None] * c[:, None, :] / (1.0 + loops.d)[:, None, None]
-        self.poles = np.linalg.eigvals(closed)
-        sizes = np.max(np.abs(self.poles), axis=1, initial=0.0)
-        self.stable, self.apart = sizes < 1.0, np.abs(sizes - 1.0) > _NEAR
-        self.above, self.below = _polynomials(a - np.eye(a.shape[1]), b, c, loops.d)
+        scaled = _scaled(loops, kind.scale)
+        self._loops, self.poles = scaled, np.linalg.eigvals(_closed(scaled))
+        self.size = np.max(np.abs(self.poles), axis=1, initial=0.0)
+        self.above, self.below = _polynomials(scaled)
         self.w = _grid(kind)
         self.values = self.at(self.w[None, :])
         with np.errstate(divide="ignore", invalid="ignore"):
-            self.ends = self.above[:, 0] / self.below[:, 0], self.values[:, -1].real
+            at_rest = self.above[:, 0] / self.below[:, 0]
+        self.sure = np.abs(at_rest) > _INFINITE if kind.integrates else np.ones(len(at_rest), dtype=bool)
+        self.ends = np.full_like(at_rest, np.inf) if kind.integrates else at_rest, self.values[:, -1].real
 
     def at(self, w: Array) -> Complex:
         """Return L at some frequencies, a row for each loop."""
@@ -138,11 +193,28 @@ class _Chain:
             middle = 0.5 * (low + high)
             below = (of(self.at(middle)) < 0.0) == rising
             low, high = np.where(below, middle, low), np.where(below, high, middle)
-        found = 0.5 * (low + high)
+        found = self._corrected(0.5 * (low + high), of)
+        counts &= np.isfinite(found)
         if negative:
             size = -self.at(found).real
             counts &= (size > 1.0 / LARGEST_FACTOR) & (size < LARGEST_FACTOR)  # others are no limits
         return np.where(counts, found, np.nan), (counts.sum(axis=1) == len(known)) & ~touching
+
+    def exactly(self, w: Array) -> Complex:
+        """Return L at a few frequencies from the state space, whose digits the polynomials of many states lose."""
+        a, b, c, d = self._loops
+        points = np.where(np.isnan(w), 1.0, w)
+        inverse = np.exp(1j * points)[:, :, None, None] * np.eye(a.shape[1]) - a[:, None]
+        x = np.linalg.solve(inverse, np.broadcast_to(b[:, None, :, None], (*w.shape, a.shape[1], 1)))
+        return np.where(np.isnan(w), np.nan, np.einsum("ki,kwi->kw", c, x[..., 0]) + d[:, None])
+
+    def _corrected(self, w: Array, of: Callable[[Complex], Array]) -> Array:
+        """Return zeros of a function of L, from those of its polynomials: a step by their slope."""
+        step = _STEP * w
+        slope = of(self.at(w + step)) - of(self.at(w - step))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            by = 2.0 * step * of(self.exactly(w)) / slope
+        return np.where(np.abs(by) < step, w - by, np.nan)
 
     def peak(self) -> Array:
         """Return the largest |1 / (1 + L)|: on the grid, or at the angle of a pole of the closed loop, and nearby."""
@@ -157,7 +229,8 @@ class _Chain:
             up = self._sensitivity(left) < self._sensitivity(right)
             low, high = np.where(up, left, low), np.where(up, high, right)
         at_rest = np.abs(self.below[:, :1] / (self.above[:, :1] + self.below[:, :1]))
-        found = [self._sensitivity(0.5 * (low + high)), self._sensitivity(middle), at_rest]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = [*(np.abs(1.0 / (1.0 + self.exactly(w))) for w in (0.5 * (low + high), middle)), at_rest]
         return np.asarray(np.max(np.hstack(found), axis=1))
 
     def _sensitivity(self, w: Array) -> Array:
@@ -194,10 +267,12 @@ def _value(polynomials: Array, d: Complex) -> Complex:
     return value
 
 
-def _polynomials(m: Array, b: Array, c: Array, d: Array) -> tuple[Array, Array]:
-    """Return N and D of c (d I - m)^-1 b + d, lowest power first."""
+def _polynomials(loops: OpenLoops) -> tuple[Array, Array]:
+    """Return N and D of c (z I - a)^-1 b + d, lowest power of z - 1 first."""
+    a, b, c, d = loops
     count, n = b.shape
     eye = np.eye(n)
+    m = a - eye
     adjoint = np.broadcast_to(eye, m.shape)
     above, below = np.zeros((count, n + 1)), np.zeros((count, n + 1))
     below[:, n] = 1.0
