@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
+from itertools import groupby
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -27,6 +28,7 @@ from proofmass.runner.program.tick_loop import TickLoop
 from proofmass.runner.targets.machine_code import LlvmModule, Settings, is_cached, load_module
 
 _Place: TypeAlias = tuple[type, int]
+Numbers: TypeAlias = tuple[dict[str, AnyArray], dict[str, AnyArray], dict[VectorOf, AnyArray]]
 
 
 class _Layout(NamedTuple):
@@ -44,6 +46,7 @@ class CompiledPlan:
         self.plan, self.written = plan, written or write_tick(plan)
         self.loop = loop or load_module(module_of(self.written))
         self._recorded = dict[VectorOf, tuple[Sequence[float], AnyArray]]()
+        self._held = dict[tuple[tuple[str, str, int], ...], list[tuple[Endpoint | None, list[int]]]]()
 
     def vector(self, memory: Memory, node: VectorOf, kind: type) -> AnyArray:
         """A vector that a run begins with; what runs only read is made once for all of them."""
@@ -54,6 +57,17 @@ class CompiledPlan:
         if known is None or known[0] is not initial:
             known = self._recorded[node] = initial, np.array(initial, dtype=dtype_of(kind))
         return known[1]
+
+    def held(self, entries: tuple[tuple[str, str, int], ...]) -> list[tuple[Endpoint | None, list[int]]]:
+        """Return the buffers of numbers that blocks hold, None for states, and their places there."""
+        if entries not in self._held:
+            kinds, several = self.written.memory.kinds, groupby(entries, lambda of: of[:2] if of[2] >= 0 else None)
+            places = (
+                (node, [kinds[StateField(*of[:2])][1] if node is None else of[2] for of in own])
+                for node, own in several
+            )
+            self._held[entries] = list(places)
+        return self._held[entries]
 
     def constant_values(self, plan: Plan) -> Mapping[Given, Any]:
         """The numbers of the loop for a plan with some blocks changed."""
@@ -85,23 +99,21 @@ class CompiledLoop:
         memory = memory or start(plan)
         self.tick = memory.tick
         self._counted = [name for name in plan.digital if name in memory.overflows]
-        self._constants, self._state, self._vectors = self._numbers(plan, memory)
+        self._constants, self._state, self._vectors = self.numbers_of(plan, memory)
         self._scratch = np.full(written.scratch + 1, np.nan)  # no number has been computed from it yet
         self._watched = finite_places(plan, written)
         self._refused = written.memory.counts[INTEGERS]  # place of `state_integers`
 
-    def again(self, plan: Plan, memory: Memory) -> None:
+    def again(self, plan: Plan, memory: Memory, numbers: "Numbers | None" = None) -> None:
         """Begin again, at the same addresses, a plan that differs in numbers alone and has no recordings."""
         self.plan, self.tick = plan, memory.tick
         kept = (*self._constants.values(), *self._state.values(), *self._vectors.values())
-        given = (array for arrays in self._numbers(plan, memory) for array in arrays.values())
+        given = (array for arrays in numbers or self.numbers_of(plan, memory) for array in arrays.values())
         for array, numbers in zip(kept, given, strict=True):
             array[:] = numbers
         self._scratch[:] = np.nan
 
-    def _numbers(
-        self, plan: Plan, memory: Memory
-    ) -> tuple[dict[str, AnyArray], dict[str, AnyArray], dict[VectorOf, AnyArray]]:
+    def numbers_of(self, plan: Plan, memory: Memory) -> "Numbers":
         """Return the constants of a plan, and the numbers and the vectors that a run begins with."""
         compiled, written = self._compiled, self._written
         vectors = zip(written.vectors, written.vector_kinds, strict=True)
@@ -142,6 +154,12 @@ class CompiledLoop:
         for _, _, own, numbers in kept:
             rows[:, own] = numbers
         return rows
+
+    def held(self, entries: tuple[tuple[str, str, int], ...]) -> Array:
+        """Return real numbers that blocks hold: fields of states, of number -1, and entries of buffers."""
+        places, floats = self._compiled.held(entries), self._state[FLOATS]
+        parts = [(floats if node is None else self._vectors[node])[own] for node, own in places]
+        return np.concatenate(parts) if parts else np.zeros(0)
 
     def is_sound(self) -> bool:
         """Return whether every number is finite and fits its format now."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.limits import LARGEST_RUN
-from proofmass.runner.analysis.linearisation.rings import Rings
+from proofmass.runner.analysis.linearisation.rings import Entry, Rings
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.keys import StateField
@@ -61,6 +61,10 @@ class Forward:
 
     def to(self, last: int, of: int = 0) -> Memory:
         """Run to the start of the tick `last` and return the memory there; raises `ModelError` if a tick fails."""
+        return self.reach(last, of).memory().copy()
+
+    def reach(self, last: int, of: int = 0) -> Engine:
+        """Run to the start of the tick `last` and return the engine there; raises `ModelError` if a tick fails."""
         if self._engine.name == "python" and last - self.tick > self._asked:
             self._asked = last - self.tick  # asking costs as much as some ticks, too much for each of many short parts
             if self._code.pays(self._asked):
@@ -86,7 +90,7 @@ class Forward:
             left = seconds / (self.tick - first) * (max(of, last) - self.tick)
             if self._engine.name == "python" and self._spent > INTERPRETED < left:
                 self.compile()
-        return self._engine.memory().copy()
+        return self._engine
 
     def compile(self) -> None:
         """Go on in machine code, if the plan can."""
@@ -188,12 +192,21 @@ class Course:
 
     def at(self, tick: int, progress: Progress | None = None, of: int = 0) -> Memory:
         """Return the memory at the start of a tick of a run of `of` ticks; raises `ModelError` if the run fails."""
-        if tick == 0:
-            return start(self.plan)
+        return start(self.plan) if tick == 0 else self._reach(tick, progress, of).memory().copy()
+
+    def numbers(self, entries: tuple[Entry, ...], tick: int, progress: Progress | None = None, of: int = 0) -> Array:
+        """Return real numbers that blocks hold at the start of a tick; raises `ModelError` if the run fails."""
+        engine: Any = self._reach(tick, progress, of)
+        if engine.name == "compiled":
+            return np.asarray(engine.held(entries))
+        held = dict(Rings().states_of(engine.memory(), [*dict.fromkeys(name for name, _, _ in entries)]))
+        return np.array([held[entry] for entry in entries], dtype=float)
+
+    def _reach(self, tick: int, progress: Progress | None, of: int) -> Engine:
         if self._run is None or self._run.tick > tick:
             self._run = self.from_memory(None)
         self._run.progress = progress
-        return self._run.to(tick, of)
+        return self._run.reach(tick, of)
 
     def onward(self, tick: int) -> "Onward":
         """Return the run on from the start of a tick, which all maps about it share; raises `ModelError`."""

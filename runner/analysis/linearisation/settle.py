@@ -12,16 +12,16 @@ blocks before loops count so too, as of the slow filter of a reference.
 """
 
 import math
-from collections.abc import Sequence
-from itertools import pairwise
+
+import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import loops, turned, with_following
 from proofmass.runner.analysis.linearisation.forward import Course
-from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS
+from proofmass.runner.host.arrays import Array
 from proofmass.runner.host.progress import Progress
-from proofmass.runner.plan.memory import Memory, start
+from proofmass.runner.plan.memory import start
 
 TOLERANCE = 1e-2
 FEWEST, MOST = 64, 1 << 20  # base ticks
@@ -34,45 +34,45 @@ def settled_tick(course: Course, progress: Progress | None = None) -> int:
     looped = set[str]().union(*loops(plan.readers))
     names = sorted(with_following(looped, turned(plan.readers).__getitem__))
     ticks = math.lcm(*(plan.schedule.divisors[name] for name in looped)) if looped else 1
+    begin = {entry: x for entry, x in NO_RINGS.states_of(start(plan), names) if isinstance(x, float)}
+    entries, own = tuple(begin), np.array([name in looped for name, _, _ in begin], dtype=bool)
     periods, still, got = 0, 0, ""
-    rows, largest = {0: _numbers(start(plan), names)}, dict[Entry, float]()
+    rows, largest = {0: np.array([*begin.values()])}, np.zeros(len(begin))
     while ticks * periods < MOST:
         earlier, periods = periods, periods * 15 // 8 + 1
         step = max(1, (periods - earlier) // _STEPS)
         looks = range(max(periods % step, periods - _STEPS * step), periods + 1, step)
         try:
-            rows |= {at: _numbers(course.at(ticks * at, progress, MOST), names) for at in looks if at not in rows}
+            rows |= {at: course.numbers(entries, ticks * at, progress, MOST) for at in looks if at not in rows}
         except ModelError as error:
             raise plan.graph.placed(_restless(error.problems[0].message)).error from error
-        tick, largest = ticks * periods, {key: max(largest.get(key, 0.0), abs(x)) for key, x in rows[periods].items()}
-        far = (MOST - tick) / (ticks * step)
-        moves = {key: abs(x - rows[earlier][key]) * (key[0] in looped) for key, x in rows[periods].items()}
-        ways = {key: _way([rows[at][key] for at in looks], far) for key in moves}
-        shares = {key: max(moves[key], ways[key]) / (largest[key] or 1.0) for key in moves}
-        worst = max(shares, key=lambda key: shares[key], default=None)
+        tick, largest = ticks * periods, np.maximum(largest, np.abs(rows[periods]))
+        moves = np.abs(rows[periods] - rows[earlier]) * own
+        ways = _ways(np.array([rows[at] for at in looks]), (MOST - tick) / (ticks * step))
+        shares = np.maximum(moves, ways) / np.where(largest > 0.0, largest, 1.0)
+        worst = int(np.argmax(shares)) if len(shares) else None
         still = still + 1 if worst is None or shares[worst] <= TOLERANCE else 0
         if still >= 2 and tick >= FEWEST:
             return tick
         if worst is not None and (shares[worst] > TOLERANCE or not got):
-            what = f"{worst[0]}.{worst[1]}" + (f"[{worst[2]}]" if worst[2] >= 0 else "")
+            name, part, number = entries[worst]
+            what = f"{name}.{part}" + (f"[{number}]" if number >= 0 else "")
             verb = "moves" if moves[worst] >= ways[worst] else "is under way to move"
             span = f"from {ticks * earlier:,} ticks to {tick:,}"
             got = f"{what} {verb} by {shares[worst]:.2g} of its largest value, {span}"
     raise plan.graph.placed(_restless(got)).error
 
 
-def _way(values: Sequence[float], far: float) -> float:
-    """Return how far values that go one way go on, in `far` steps at most; 0 of those that go to and fro."""
-    steps = [later - earlier for earlier, later in pairwise(values)]
-    if len(steps) < 2 or not (all(step > 0.0 for step in steps) or all(step < 0.0 for step in steps)):
-        return 0.0
-    ratio = steps[-1] / steps[-2]
-    return abs(steps[-1]) * (min(ratio / (1.0 - ratio), far) if ratio < 1.0 else far)
-
-
-def _numbers(memory: Memory, names: list[str]) -> dict[Entry, float]:
-    """Return the real numbers in the states of blocks."""
-    return {entry: value for entry, value in NO_RINGS.states_of(memory, names) if isinstance(value, float)}
+def _ways(values: Array, far: float) -> Array:
+    """Return how far numbers that go one way go on, in `far` steps at most; 0 of those that go to and fro."""
+    steps = np.diff(values, axis=0)
+    if len(steps) < 2:
+        return np.zeros(values.shape[1])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = steps[-1] / steps[-2]
+        on = np.where(ratio < 1.0, np.minimum(ratio / (1.0 - ratio), far), far)
+    one_way = (steps > 0.0).all(axis=0) | (steps < 0.0).all(axis=0)
+    return np.where(one_way, np.abs(steps[-1]) * on, 0.0)
 
 
 def _restless(got: str) -> Problem:

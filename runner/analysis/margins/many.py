@@ -7,9 +7,9 @@ others makes no difference to its figures.
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,6 +39,7 @@ from proofmass.runner.analysis.margins.side_by_side import (
     grows,
     kind_of,
     neutral_mode,
+    responses,
 )
 from proofmass.runner.analysis.margins.stability import attained, margins_or_reasons
 from proofmass.runner.derivatives.dual_noise import changing
@@ -46,10 +47,11 @@ from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.derivatives.stepped_ticks import TickSlopes
 from proofmass.runner.host.arrays import Array, Truths
 from proofmass.runner.plan.bindings import BufferBinding, StateBinding, Tick, Time
-from proofmass.runner.plan.memory import start
+from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 
 if TYPE_CHECKING:
+    from proofmass.runner.targets.native import Numbers
     from proofmass.runner.targets.native_slopes import CompiledSlopes
 
 MarginValues = tuple[
@@ -58,7 +60,7 @@ MarginValues = tuple[
 _TURN = 2.0 * math.pi
 _OF_TIME = (StateBinding, BufferBinding, Time, Tick)
 _TOGETHER = 256  # sensors whose slopes are kept at a time
-_STEADY = 1e-6  # part of a figure that may change in a period: in all that matters of a run, no more than `FROZEN`
+_STEADY = 1e-6  # part of L that may change in a period: in all that matters of a run, no more than `FROZEN`
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,8 @@ class _Period:
     places: Mapping[Entry, LastingPlace]  # of all states that have slopes
     moving: frozenset[str]
     timed: frozenset[str]  # blocks upstream that may switch the loop, at times that may be others for other numbers
-    tick: int | None  # of the operating point; None: each settles in its own
+    tick: int  # of the operating point
+    settled: bool  # each settles in its own; in the same one, if a switch may follow
 
 
 @dataclass(frozen=True)
@@ -100,9 +103,8 @@ class ManyMargins:
         return [value for part in parts for value in self._values(part)]
 
     def _values(self, sensors: Sequence[Plan]) -> Iterator[MarginValues | ModelError]:
-        courses = [Course(sensor, like=self._course) for sensor in sensors]
-        settled = cache(settled_tick)  # of a course, for all of its loops
-        columns = [self._fast(pattern, courses, settled) for pattern in self._patterns]
+        begun = [_Begun(Course(sensor, like=self._course)) for sensor in sensors]
+        columns = [self._fast(pattern, begun) for pattern in self._patterns]
         for number, sensor in enumerate(sensors):
             rows = [column[number] for column in columns]
             known = [row for row in rows if row is not None]
@@ -167,33 +169,30 @@ class ManyMargins:
             {entry: place_of(memory, entry, NO_RINGS) for entry in whole.map.states},
             frozenset(moving),
             frozenset((upstream - moving) & changing(self._plan, _OF_TIME)),
-            None if about.at == SETTLED else about.tick,
+            about.tick,
+            about.at == SETTLED,
         )
 
-    def _fast(
-        self, pattern: _Pattern, courses: Sequence[Course], settled: Callable[[Course], int]
-    ) -> list[MarginValues | None]:
+    def _fast(self, pattern: _Pattern, sensors: "Sequence[_Begun]") -> list[MarginValues | None]:
         """Return the margins of the sensors at one wire, None for those that want the certified path."""
-        values: list[MarginValues | None] = [None] * len(courses)
-        some = dict(enumerate(courses))
+        values: list[MarginValues | None] = [None] * len(sensors)
+        some = dict(enumerate(sensors))
         if pattern.start is not None:
-            several = self._loops(pattern.start, some, settled)
+            several = self._loops(pattern.start, some)
             starting = {n: up for rows in several for n, up in zip(rows.numbers, rows.start_up(), strict=True)}
-            some = {number: course for number, course in some.items() if starting.get(number)}
-        for rows in self._loops(pattern.at, some, settled):
+            some = {number: begun for number, begun in some.items() if starting.get(number)}
+        for rows in self._loops(pattern.at, some):
             found, sure = rows.amounts(pattern.kind, pattern.neutral)
             for row, number in enumerate(rows.numbers):
                 if sure[row] and (found.stable[row] or self._at != AUTO):
                     values[number] = _row(found, row, pattern.period)
         return values
 
-    def _loops(
-        self, period: _Period, courses: Mapping[int, Course], settled: Callable[[Course], int]
-    ) -> Iterator["_Loops"]:
+    def _loops(self, period: _Period, sensors: "Mapping[int, _Begun]") -> Iterator["_Loops"]:
         """Yield the loops of sensors at one wire, those together whose slopes have the same structure."""
         alike, engine = dict[tuple[bytes, ...], dict[int, TickSlopes]](), None
-        for number, course in courses.items():
-            ran = self._two_periods(period, course, settled, engine)
+        for number, begun in sensors.items():
+            ran = self._two_periods(period, begun, engine)
             engine = ran or engine
             if ran:
                 slopes = ran.slopes()
@@ -205,24 +204,49 @@ class ManyMargins:
                 yield _Loops([*several], *(_of_states(_whole(half), first, period) for half in both))
 
     def _two_periods(
-        self, period: _Period, course: Course, settled: Callable[[Course], int], before: "CompiledSlopes | None"
+        self, period: _Period, begun: "_Begun", before: "CompiledSlopes | None"
     ) -> "CompiledSlopes | None":
         """Return two periods of a sensor's loop, by the engine of one `before` if that serves; None if they fail."""
-        plan, code = course.plan, self._course.slopes()
+        course, code = begun.course, self._course.slopes()
         assert code is not None
-        if any(plan.blocks[name] is not self._plan.blocks[name] for name in period.timed):
+        if any(course.plan.blocks[name] is not self._plan.blocks[name] for name in period.timed):
             return None
         try:
-            tick = settled(course) if period.tick is None else period.tick
-            memory = course.at(tick - tick % period.ticks)
-            if before and course.like and not plan.recorded:
-                before.again(plan, memory)
+            tick = begun.settled if period.settled else period.tick
+            if period.timed and tick != period.tick:
+                return None
+            memory = begun.memory(tick - tick % period.ticks)
+            if before and course.like and not course.plan.recorded:
                 engine = before
+                engine.again(course.plan, memory, begun.numbers(engine, memory))
             else:
-                engine = code.ticks(memory, period.node, {*period.places.values()}, period.moving, plan)
+                engine = code.ticks(memory, period.node, {*period.places.values()}, period.moving, course.plan)
             return engine if engine.advance(memory.tick + 2 * period.ticks, ()) else None
         except (ModelError, ArithmeticError):
             return None
+
+
+class _Begun:
+    """The run of a sensor, and what it begins with at operating points, for all of its loops."""
+
+    def __init__(self, course: Course) -> None:
+        self.course, self._memories, self._numbers = course, dict[int, Memory](), dict[int, "Numbers"]()
+
+    @cached_property
+    def settled(self) -> int:
+        return settled_tick(self.course)
+
+    def memory(self, tick: int) -> Memory:
+        """Return the memory at the start of a tick; raises `ModelError`."""
+        if tick not in self._memories:
+            self._memories[tick] = self.course.at(tick)
+        return self._memories[tick]
+
+    def numbers(self, engine: "CompiledSlopes", memory: Memory) -> "Numbers":
+        """Return the numbers with which an engine begins there, as any other with the same machine code."""
+        if memory.tick not in self._numbers:
+            self._numbers[memory.tick] = engine.numbers_of(self.course.plan, memory)
+        return self._numbers[memory.tick]
 
 
 @dataclass(frozen=True)
@@ -249,13 +273,12 @@ class _Loops:
         """Return their figures, and which of these are sure: of periods that are the same, or nearly so."""
         now, known = neutral.left_out(self.now) if neutral else (self.now, np.ones(len(self.numbers), dtype=bool))
         found = amounts(now, kind)
-        if self.same.all():
-            return found, known & found.certain
-        after, later = neutral.left_out(self.after) if neutral else (self.after, known)
-        again = amounts(after, kind)
-        steady = [np.isclose(one, two, _STEADY, 0.0) for one, two in zip(found, again, strict=True)]
-        moving = np.all(steady, axis=0) & (np.abs(found.slowest - 1.0) > MOVED) & later & again.certain
-        return found, known & found.certain & (self.same | moving)
+        steady = self.same
+        if not steady.all():
+            before, later = (responses(loops, found.places) for loops in (self.now, self.after))
+            near = np.isnan(found.places) | (np.abs(later - before) <= _STEADY * np.abs(before))
+            steady = steady | (near.all(axis=1) & (np.abs(found.size - 1.0) > MOVED))
+        return found, known & found.certain & steady
 
 
 def _ends(node: Endpoint) -> Ends:

@@ -20,7 +20,7 @@ from proofmass.runner.host.arrays import Array, Complex, Truths
 _SLOWEST, _DENSITY = 1e-7, 40  # rad in a sample, and points of a decade from there to half the rate
 _AROUND = np.linspace(-1.0, 1.0, 30)  # of each crossover of the first loop, for each of some widths
 _WIDEST, _BETWEEN = 0.3, 3.0  # largest width, as a part of the frequency, and points between neighbours
-_HALVINGS = 60
+_HALVINGS = 32  # a step from the state space follows
 _STEP = 1e-5  # part of a frequency, by which a crossover may lie beside that of the polynomials
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 _NEAR = 1e-5  # distance of a pole from the unit circle, and part of a frequency, that the certified path decides on
@@ -113,28 +113,34 @@ def _scaled(loops: OpenLoops, s: Array) -> OpenLoops:
 class Amounts(NamedTuple):
     """Figures of loops, a row each, infinite where there is no limit; and which rows are certain."""
 
-    stable: Truths
-    slowest: Array  # size of the slowest pole of the closed loop
+    size: Array  # of the slowest pole of the closed loop
     gain_margin: Array  # factor
     gain_reduction: Array  # factor, 0 without limit
     phase_margin: Array  # rad
     delay_margin: Array  # periods
     sensitivity_peak: Array  # factor
     certain: Truths
+    places: Array  # crossovers, in rad a period: NaN where there is none
+
+    @property
+    def stable(self) -> Truths:
+        """Return which loops are stable."""
+        return np.asarray(self.size < 1.0)
 
 
 def amounts(loops: OpenLoops, kind: LoopKind) -> Amounts:
     """Return the figures of loops of a kind."""
-    chain = _Chain(loops, kind)
+    chain = _Chain(scaled := _scaled(loops, kind.scale), kind)
     gains, sure_of_gains = chain.crossings(lambda value: np.abs(value) - 1.0, kind.gain_crossovers)
     phases, sure_of_phases = chain.crossings(lambda value: value.imag, kind.phase_crossovers, negative=True)
     certain = sure_of_gains & sure_of_phases & chain.sure & (np.abs(chain.size - 1.0) > _NEAR)
-    sizes = np.hstack([-chain.exactly(phases).real, *(np.where(end < 0.0, -end, 0.0)[:, None] for end in chain.ends)])
+    sizes = np.hstack(
+        [-responses(scaled, phases).real, *(np.where(end < 0.0, -end, 0.0)[:, None] for end in chain.ends)]
+    )
     with np.errstate(divide="ignore", invalid="ignore"):
         factors = np.where((sizes > 1.0 / LARGEST_FACTOR) & (sizes < LARGEST_FACTOR), 1.0 / sizes, np.nan)
-    lags = np.angle(-chain.exactly(gains))
+    lags = np.angle(-responses(scaled, gains))
     return Amounts(
-        chain.size < 1.0,
         chain.size,
         np.min(np.where(factors > 1.0, factors, np.inf), axis=1, initial=np.inf),
         np.max(np.where(factors < 1.0, factors, 0.0), axis=1, initial=0.0),
@@ -142,17 +148,25 @@ def amounts(loops: OpenLoops, kind: LoopKind) -> Amounts:
         np.fmin.reduce((lags % (2.0 * math.pi)) / gains, axis=1, initial=np.inf),
         chain.peak(),
         certain,
+        np.hstack([gains, phases]),
     )
+
+
+def responses(loops: OpenLoops, w: Array) -> Complex:
+    """Return L at a few frequencies from the state space: polynomials of many states lose its digits."""
+    a, b, c, d = loops
+    known = np.exp(1j * np.where(np.isnan(w), 1.0, w))[:, :, None, None] * np.eye(a.shape[1]) - a[:, None]
+    x = np.linalg.solve(known, np.broadcast_to(b[:, None, :, None], (*w.shape, a.shape[1], 1)))[..., 0]
+    return np.where(np.isnan(w), np.nan, np.einsum("ki,kwi->kw", c, x) + d[:, None])
 
 
 class _Chain:
     """Polynomials of the loops, and their values on a grid."""
 
     def __init__(self, loops: OpenLoops, kind: LoopKind) -> None:
-        scaled = _scaled(loops, kind.scale)
-        self._loops, self.poles = scaled, np.linalg.eigvals(_closed(scaled))
+        self._loops, self.poles = loops, np.linalg.eigvals(_closed(loops))
         self.size = np.max(np.abs(self.poles), axis=1, initial=0.0)
-        self.above, self.below = _polynomials(scaled)
+        self.above, self.below = _polynomials(loops)
         self.w = _grid(kind)
         self.values = self.at(self.w[None, :])
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -200,20 +214,12 @@ class _Chain:
             counts &= (size > 1.0 / LARGEST_FACTOR) & (size < LARGEST_FACTOR)  # others are no limits
         return np.where(counts, found, np.nan), (counts.sum(axis=1) == len(known)) & ~touching
 
-    def exactly(self, w: Array) -> Complex:
-        """Return L at a few frequencies from the state space, whose digits the polynomials of many states lose."""
-        a, b, c, d = self._loops
-        points = np.where(np.isnan(w), 1.0, w)
-        inverse = np.exp(1j * points)[:, :, None, None] * np.eye(a.shape[1]) - a[:, None]
-        x = np.linalg.solve(inverse, np.broadcast_to(b[:, None, :, None], (*w.shape, a.shape[1], 1)))
-        return np.where(np.isnan(w), np.nan, np.einsum("ki,kwi->kw", c, x[..., 0]) + d[:, None])
-
     def _corrected(self, w: Array, of: Callable[[Complex], Array]) -> Array:
         """Return zeros of a function of L, from those of its polynomials: a step by their slope."""
         step = _STEP * w
         slope = of(self.at(w + step)) - of(self.at(w - step))
         with np.errstate(divide="ignore", invalid="ignore"):
-            by = 2.0 * step * of(self.exactly(w)) / slope
+            by = 2.0 * step * of(responses(self._loops, w)) / slope
         return np.where(np.abs(by) < step, w - by, np.nan)
 
     def peak(self) -> Array:
@@ -230,7 +236,7 @@ class _Chain:
             low, high = np.where(up, left, low), np.where(up, high, right)
         at_rest = np.abs(self.below[:, :1] / (self.above[:, :1] + self.below[:, :1]))
         with np.errstate(divide="ignore", invalid="ignore"):
-            found = [*(np.abs(1.0 / (1.0 + self.exactly(w))) for w in (0.5 * (low + high), middle)), at_rest]
+            found = [*(np.abs(1.0 / (1.0 + responses(self._loops, w))) for w in (0.5 * (low + high), middle)), at_rest]
         return np.asarray(np.max(np.hstack(found), axis=1))
 
     def _sensitivity(self, w: Array) -> Array:
