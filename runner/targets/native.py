@@ -125,7 +125,8 @@ class CompiledLoop:
 
     def advance(self, last: int, rows: Rows) -> bool:
         """Run up to, not including, the tick `last`; false when a number was not finite or did not fit its format."""
-        self._loop(self.tick, last, self.seed, self.run, *(array.ctypes.data for array in self.arrays(rows)))
+        of_rows = (array.ctypes.data for array in rows)
+        self._loop(self.tick, last, self.seed, self.run, *self._own, *of_rows)
         self.tick = last
         return self.is_sound()
 
@@ -145,7 +146,7 @@ class CompiledLoop:
         of_kinds = [(self._state[kind], read[own], own) for kind, own in ((FLOATS, floats), (INTEGERS, ~floats))]
         rows = np.zeros((max(0, -(-(last - self.tick) // every)), len(places)))
         kept = [(array, at, own, np.zeros((len(rows), len(at)))) for array, at, own in of_kinds if len(at)]
-        given = self.seed, self.run, *(array.ctypes.data for array in self.arrays(()))
+        given = self.seed, self.run, *self._own
         for number in range(len(rows)):
             self._loop(self.tick, self.tick + every, *given)
             self.tick += every
@@ -183,6 +184,11 @@ class CompiledLoop:
         state = {name: array.copy() for name, array in self._state.items()}
         vectors = {node: array.copy() for node, array in self._vectors.items() if node not in recorded}
         return lambda: self._memory(tick, state, vectors)
+
+    @cached_property
+    def _own(self) -> list[int]:
+        """Return the addresses of its arrays, which stay."""
+        return [array.ctypes.data for array in self.arrays(())]
 
     @cached_property
     def _layout(self) -> "_Layout":

@@ -7,8 +7,8 @@ others makes no difference to its figures.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -22,7 +22,7 @@ from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import loop_nodes
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.linearisation.orbit import SAME
+from proofmass.runner.analysis.linearisation.orbit import FROZEN, LONGEST_ORBIT, SAME
 from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS, place_of
 from proofmass.runner.analysis.linearisation.settle import settled_tick
@@ -60,7 +60,9 @@ MarginValues = tuple[
 _TURN = 2.0 * math.pi
 _OF_TIME = (StateBinding, BufferBinding, Time, Tick)
 _TOGETHER = 256  # sensors whose slopes are kept at a time
-_STEADY = 1e-6  # part of L that may change in a period: in all that matters of a run, no more than `FROZEN`
+_MOVES = 0.1  # part of L in a period, at least, of a loop that starts up by its motion: far above `NOTED`
+_PLACES = math.pi * np.geomspace(1e-3, 0.9, 8)  # rad a period
+_STEADY = 0.1 * FROZEN  # part of L that may change in all that a search for an operating point looks at
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,7 @@ class _Period:
     timed: frozenset[str]  # blocks upstream that may switch the loop, at times that may be others for other numbers
     tick: int  # of the operating point
     settled: bool  # each settles in its own; in the same one, if a switch may follow
+    motion: float = 0.0  # of L from this period to the next, where it starts up by that
 
 
 @dataclass(frozen=True)
@@ -150,9 +153,22 @@ class ManyMargins:
     def _starting(self, node: Endpoint) -> _Period | None:
         """Return the period of a loop that starts up; None of one that may have an answer at the start."""
         about = Linearisation(self._plan, self._course)
-        there = about.opened(node)
-        period, loop = self._period(about, there, node), [_loop(there)] * 2
-        return period if period and _Loops([0], *loop).start_up()[0] else None
+        there, later = about.opened(node), about.point_of(_ends(node)).later
+        period = self._period(about, there, node)
+        if period is None or not all({*there.map.states} <= {*of.states} for of in later):
+            return None
+        if not period.states and period.ticks == 1 and self._counts(_ends(node).blocks(self._plan)[0]):
+            return None  # it may be closed for instants
+        of_states = (of.kept([of.states.index(state) for state in there.map.states]) for of in later[:1])
+        loops = _Loops([0], *map(_loop, [there, *map(OpenLoop, of_states), there][:2]))
+        motion = float(loops.motion[0]) if there.map.starting else 0.0
+        period = replace(period, motion=motion if motion >= _MOVES else 0.0)
+        return period if loops.start_up(period)[0] else None
+
+    def _counts(self, names: Iterable[str]) -> bool:
+        """Return whether states of some blocks have whole numbers."""
+        states = (type(self._plan.blocks[name]).state_class() for name in names)
+        return any(kind is not float for state in states if state for kind in state.__annotations__.values())
 
     def _period(self, about: Linearisation, system: OpenLoop, node: Endpoint) -> _Period | None:
         """Return the period of a loop that is that of the schedule and stays; None of any other."""
@@ -179,7 +195,9 @@ class ManyMargins:
         some = dict(enumerate(sensors))
         if pattern.start is not None:
             several = self._loops(pattern.start, some)
-            starting = {n: up for rows in several for n, up in zip(rows.numbers, rows.start_up(), strict=True)}
+            starting = {
+                n: up for rows in several for n, up in zip(rows.numbers, rows.start_up(pattern.start), strict=True)
+            }
             some = {number: begun for number, begun in some.items() if starting.get(number)}
         for rows in self._loops(pattern.at, some):
             found, sure = rows.amounts(pattern.kind, pattern.neutral)
@@ -199,8 +217,9 @@ class ManyMargins:
                 alike.setdefault(slopes.structure(), {})[number] = slopes
         for several in alike.values():
             first = next(iter(several.values()))
-            both = first._replace(value=np.array([slopes.value for slopes in several.values()])).halves()
-            if all(_is_of(period, half) for half in first.halves()):
+            whole = first._replace(value=np.array([slopes.value for slopes in several.values()]))
+            ones, both = (_halves(period, slopes) for slopes in (first, whole))
+            if all(_is_of(period, half) for half in ones):
                 yield _Loops([*several], *(_of_states(_whole(half), first, period) for half in both))
 
     def _two_periods(
@@ -264,10 +283,19 @@ class _Loops:
         alike = [np.abs(later - part) <= SAME * np.abs(part) for part, later in pairs]
         return np.all([each.reshape(len(each), -1).all(axis=1) for each in alike], axis=0)
 
-    def start_up(self) -> list[bool]:
-        """Return which of them grow beyond doubt, or have no gain."""
+    @cached_property
+    def motion(self) -> Array:
+        """The largest relative change of L from one period to the next."""
+        w = np.broadcast_to(_PLACES, (len(self.numbers), len(_PLACES)))
+        now, after = (np.abs(responses(loops, w)) for loops in (self.now, self.after))
+        change = np.abs(responses(self.now, w) - responses(self.after, w))
+        return np.asarray(np.max(change / np.maximum(np.maximum(now, after), 1e-300), axis=1))
+
+    def start_up(self, period: _Period) -> list[bool]:
+        """Return which of them grow beyond doubt, have no gain, or move about as much as the first that starts up."""
         open_ends = (self.now.d == 0.0) & (self.now.b.shape[1] == 0)
-        return (open_ends | np.where(self.same, grows(self.now), grows(self.now, MOVED))).tolist()
+        moving = (self.motion >= 0.5 * period.motion) & (period.motion > 0.0)
+        return (open_ends | moving | np.where(self.same, grows(self.now), grows(self.now, MOVED))).tolist()
 
     def amounts(self, kind: LoopKind, neutral: Neutral | None) -> tuple[Amounts, Truths]:
         """Return their figures, and which of these are sure: of periods that are the same, or nearly so."""
@@ -276,7 +304,8 @@ class _Loops:
         steady = self.same
         if not steady.all():
             before, later = (responses(loops, found.places) for loops in (self.now, self.after))
-            near = np.isnan(found.places) | (np.abs(later - before) <= _STEADY * np.abs(before))
+            horizon = 1.0 / np.fmax(FROZEN * found.lowest, 1.0 / LONGEST_ORBIT)
+            near = np.isnan(found.places) | (np.abs(later - before) <= (_STEADY / horizon)[:, None] * np.abs(before))
             steady = steady | (near.all(axis=1) & (np.abs(found.size - 1.0) > MOVED))
         return found, known & found.certain & steady
 
@@ -289,6 +318,12 @@ def _loop(system: OpenLoop) -> OpenLoops:
     """Return a loop with one value of the wire in a period as a row."""
     a, b, c, d = system.matrices
     return OpenLoops(a[None], b[None, :, 0], c[None, 0], d[0])
+
+
+def _halves(period: _Period, slopes: TickSlopes) -> tuple[TickSlopes, TickSlopes]:
+    """Return a period and the next one; what the next one does to a loop without gain does not matter."""
+    first, after = slopes.halves()
+    return first, after if period.states else first
 
 
 def _is_of(period: _Period, slopes: TickSlopes) -> bool:

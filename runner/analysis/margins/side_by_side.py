@@ -120,7 +120,8 @@ class Amounts(NamedTuple):
     delay_margin: Array  # periods
     sensitivity_peak: Array  # factor
     certain: Truths
-    places: Array  # crossovers, in rad a period: NaN where there is none
+    lowest: Array  # gain crossover, in rad a period: NaN where there is none
+    places: Array  # all crossovers
 
     @property
     def stable(self) -> Truths:
@@ -148,6 +149,7 @@ def amounts(loops: OpenLoops, kind: LoopKind) -> Amounts:
         np.fmin.reduce((lags % (2.0 * math.pi)) / gains, axis=1, initial=np.inf),
         chain.peak(),
         certain,
+        np.fmin.reduce(gains, axis=1, initial=np.nan),
         np.hstack([gains, phases]),
     )
 
