@@ -109,8 +109,8 @@ class CompiledLoop:
         self.plan, self.tick = plan, memory.tick
         kept = (*self._constants.values(), *self._state.values(), *self._vectors.values())
         given = (array for arrays in numbers or self.numbers_of(plan, memory) for array in arrays.values())
-        for array, numbers in zip(kept, given, strict=True):
-            array[:] = numbers
+        for array, held in zip(kept, given, strict=True):
+            array[:] = held
         self._scratch[:] = np.nan
 
     def numbers_of(self, plan: Plan, memory: Memory) -> "Numbers":

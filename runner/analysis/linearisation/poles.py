@@ -4,8 +4,9 @@ A pole p moves by w dA v / (w v) when the numbers of its matrix change by dA, v 
 and Van Loan, Matrix Computations, 7.2.2). The error of each number is its rounding and, at an operating point that is
 not at rest, its change until it is. A verdict within that error is "marginal", neither stable nor unstable.
 
-Roundings are taken as independent. Where numbers belong together, as in an integrator and the difference that undoes
-it, that is far too much; so they count up to 1e-12 only.
+A number of a period is a sum over its ticks, of terms that may be larger: its rounding is that of the geometric mean of
+the largest numbers in its row and in its column. Roundings are taken as independent. Where numbers belong together, as
+in an integrator and the difference that undoes it, that is far too much; so they count up to 1e-12 only.
 """
 
 import math

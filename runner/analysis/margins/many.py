@@ -281,7 +281,7 @@ class _Loops:
         """Which of them the next period repeats."""
         pairs = zip(self.now, self.after, strict=True)
         alike = [np.abs(later - part) <= SAME * np.abs(part) for part, later in pairs]
-        return np.all([each.reshape(len(each), -1).all(axis=1) for each in alike], axis=0)
+        return np.asarray(np.all([each.reshape(len(each), -1).all(axis=1) for each in alike], axis=0))
 
     @cached_property
     def motion(self) -> Array:
@@ -295,7 +295,9 @@ class _Loops:
         """Return which of them grow beyond doubt, have no gain, or move about as much as the first that starts up."""
         open_ends = (self.now.d == 0.0) & (self.now.b.shape[1] == 0)
         moving = (self.motion >= 0.5 * period.motion) & (period.motion > 0.0)
-        return (open_ends | moving | np.where(self.same, grows(self.now), grows(self.now, MOVED))).tolist()
+        growing = np.where(self.same, grows(self.now), grows(self.now, MOVED))
+        up: list[bool] = (open_ends | moving | growing).tolist()
+        return up
 
     def amounts(self, kind: LoopKind, neutral: Neutral | None) -> tuple[Amounts, Truths]:
         """Return their figures, and which of these are sure: of periods that are the same, or nearly so."""
