@@ -26,6 +26,7 @@ from proofmass.graphs.model.rates import read_duration
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group, analog_map, analog_map_at
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Course, Onward
+from proofmass.runner.analysis.linearisation.left_points import LONGEST, is_left
 from proofmass.runner.analysis.linearisation.map_blocks import MOST_VALUES, coarse_blocks, too_many
 from proofmass.runner.analysis.linearisation.map_changes import variation
 from proofmass.runner.analysis.linearisation.no_loop import no_gain, not_periodic, not_within
@@ -61,7 +62,8 @@ class Linearisation:
     point: OperatingPoint = 0
     told: str = ""  # how the point was found
     at: At = 0.0  # what finds it again
-    _maps: dict[Hashable, OrbitPoint] = field(default_factory=dict, repr=False, compare=False)
+    notes: tuple[str, ...] = ()  # on the point
+    _maps: dict[Hashable, tuple[Ends, OrbitPoint]] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def tick(self) -> int:
@@ -91,7 +93,7 @@ class Linearisation:
         if by_parameters and (not cut or turning(self.plan) & ends.blocks(self.plan)[0]):
             ends = replace(ends, whole_turns=True)
         point = self.point_of(ends)
-        notes, exact, later = point.notes, point.map, point.later
+        notes, exact, later = (*self.notes, *point.notes), point.map, point.later
         if by_parameters:
             slopes, more = self._point_slopes(ends, point)
             notes += more
@@ -105,8 +107,13 @@ class Linearisation:
     def point_of(self, ends: Ends) -> OrbitPoint:
         """Return the operating point of the map between some wires; raises `ModelError`."""
         if ends.key not in self._maps:
-            self._maps[ends.key] = self._found(ends)
-        return self._maps[ends.key]
+            self._maps[ends.key] = ends, self._found(ends)
+        return self._maps[ends.key][1]
+
+    def is_left(self) -> bool:
+        """Return whether a run leaves the point: a map that was asked for, of no loop, is another at its end."""
+        maps = [(ends, point) for ends, point in self._maps.values() if not ends.cut]
+        return any(is_left(self.plan, *one, self._onward(one[0].common_period(self.plan))) for one in maps)
 
     def _found(self, ends: Ends) -> OrbitPoint:
         orbit = self.point
@@ -194,19 +201,27 @@ class OperatingPoints:
     def answered(self, ask: Callable[[Linearisation], _Answer], first: int = 0) -> _Answer:
         """Return what is answered at the operating point, or at the first one that has an answer.
 
-        `first` is the base tick with which the search begins. Raises `ModelError`: that of the first point after the
-        start where there is one, since a start may grow, be open or silent that a run leaves behind.
+        A point that the run leaves counts where no later one has an answer. `first` is the base tick with which the
+        search begins. Raises `ModelError`: that of the first point after the start where there is one, since a start
+        may grow, be open or silent that a run leaves behind.
         """
         none: list[ModelError] = []  # where there is no such point
         refused: list[ModelError] = []
+        left: list[Linearisation] = []
         for about in self._about(first):
             if not isinstance(about, Linearisation):
                 none.append(about)
                 continue
             try:
-                return ask(about)
+                answer = ask(replace(about, notes=(_after(about.told),)) if left else about)
             except ModelError as error:
                 refused.append(error)
+                continue
+            if self.at not in (AUTO, SETTLED) or not about.is_left():
+                return answer
+            left.append(about)
+        if left:
+            return ask(replace(left[0], notes=(_LEFT,)))
         raise [*refused[1:], *refused, *none][0]
 
     def after_start(self, first: int) -> Linearisation:
@@ -270,7 +285,7 @@ class OperatingPoints:
             return False
         try:
             last = self.plan.ticks()
-            return last <= _LONGEST and system.differs(self._there(_END).opened(node), FROZEN)
+            return last <= LONGEST and system.differs(self._there(_END).opened(node), FROZEN)
         except ModelError:  # there is no end, or no loop can be told there
             return False
 
@@ -318,9 +333,14 @@ class OperatingPoints:
 
 
 Otherwise = Callable[[Linearisation, Endpoint], OpenLoop | None]
-_LONGEST = 1 << 20  # base ticks of a run, up to which its end is looked at before a loop is told at its start
+_LEFT = "the run moves on from here, and what holds at its end is another: name a time, such as --at '1 s'"
 _END = "end"
 _WAYS = (AUTO, SETTLED, PERIODIC)
+
+
+def _after(told: str) -> str:
+    """Return the note on a point that is taken since the run leaves an earlier one."""
+    return f"the run leaves its start, where this is another: this is about {told}"
 
 
 def _starts_up(system: OpenLoop) -> bool:

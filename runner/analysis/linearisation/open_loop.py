@@ -248,7 +248,7 @@ class TransferMatrix:
     def __init__(self, a: npt.NDArray[Any], b: npt.NDArray[Any], c: npt.NDArray[Any], d: npt.NDArray[Any]) -> None:
         self._form, self._into, self._out, self._direct = a, b, c, d
         if len(a):
-            alike, scale = balanced(a)
+            alike, scale = balanced(a, b, c)
             self._form, turn = _schur(alike, output="complex")
             self._into, self._out = turn.conj().T @ (b / scale[:, None]), (c * scale) @ turn
 

@@ -251,7 +251,7 @@ class OrbitSearch:
         """
         crossovers = self._run.crossovers(of_period)
         crossed = 2.0 * math.pi * np.array(crossovers) * self._period
-        z = np.asarray(np.exp(1j * crossed)) if crossovers else _axis(periods)
+        z = np.asarray(np.exp(1j * crossed)) if crossovers else axis(periods)
         effects = {number: self._compared.effect(first, after, z) for number, after in later.items()}
         speeds = {number: changed / number for number, changed in effects.items()}  # a period
 
@@ -272,7 +272,7 @@ class OrbitSearch:
         before = {look: of for look, of in maps.items() if look not in switched}
         if self._ends.cut or not switched or not all(self._same(first, of) for of in before.values()):
             return self._drift(first, maps, 1, first, maps[max(maps)])
-        return max(self._compared.effect(first, maps[look], _axis()) for look in switched)
+        return max(self._compared.effect(first, maps[look], axis()) for look in switched)
 
     def _is_lost(self, first: PeriodMap, maps: Mapping[int, PeriodMap]) -> bool:
         """Return whether a period is refused, whatever other maps say: it has changed, and nothing comes back."""
@@ -391,6 +391,6 @@ def _moving(change: float) -> tuple[str, ...]:
     return (f"the operating point moves: the loop is wrong by some {100.0 * change:.1g} %",) if change > NOTED else ()
 
 
-def _axis(periods: int = 1) -> Complex:
+def axis(periods: int = 1) -> Complex:
     """Return points of the unit circle up to half the rate of some periods, close together at low frequencies."""
     return np.asarray(np.exp(1j * np.geomspace(1e-4, 0.9, 24) * math.pi / periods))

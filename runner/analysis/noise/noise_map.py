@@ -143,7 +143,7 @@ class NoiseMap(SampledStateSpace):
     @cached_property
     def _schur(self) -> tuple[Complex, Array, Complex]:
         """Schur form of the transposed A, in units of the states that make it alike."""
-        alike, scale = self._in_rms() if self.filtered else balanced(self.matrices[0])
+        alike, scale = self._in_rms() if self.filtered else balanced(*self.matrices[:3])
         form, basis, *_ = scipy.linalg.schur(alike.T, output="complex")
         return np.asarray(form), np.asarray(scale), np.asarray(basis)
 

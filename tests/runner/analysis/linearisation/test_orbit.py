@@ -24,7 +24,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.linearisation import linearised
-from proofmass.runner.analysis.linearisation.orbit import FROZEN, _axis
+from proofmass.runner.analysis.linearisation.orbit import FROZEN, axis
 from proofmass.runner.planning.plan import plan
 
 RATE, SLOW = 10_000, 1000
@@ -192,7 +192,7 @@ def test_a_start_up_is_noted_and_a_settled_loop_is_not() -> None:
 @pytest.mark.parametrize("periods", [1, 40])
 def test_loops_without_a_crossover_are_compared_up_to_half_the_rate(periods: int) -> None:
     """Over so many periods as one the rate is less; low frequencies are many."""
-    angles = np.angle(_axis(periods)) * periods / math.pi
+    angles = np.angle(axis(periods)) * periods / math.pi
     assert (np.diff(angles) > 0.0).all()
     assert 0.0 < angles[0] < 1e-3
     assert 0.8 < angles[-1] < 1.0

@@ -1,0 +1,82 @@
+"""Noise and responses of graphs that move on from their start: a gain of 1 + 2 (1 - exp(-t / T)) warms up."""
+
+import math
+
+import pytest
+
+from proofmass import Graph, linearise, noise, response
+from proofmass.blocks import Constant, DiscreteTransferFunction, Gain, LowPass, Sum, WhiteNoise
+
+BEFORE, AFTER = "1.79 times too little, without a note", "1.79 times what the start has, with a note on the end"
+PERIOD, DECAY = 1e-2, 0.9
+
+
+def warming_up(constant: float) -> Graph:
+    """Noise through an amplifier that warms up, and y' = 0.9 y + 0.1 u."""
+    return Graph(
+        name="warming up",
+        rate="100 Hz",
+        duration="10 s",
+        blocks={
+            "two": Constant(value=2.0),
+            "heat": LowPass(corner_frequency=1.0 / (2.0 * math.pi * constant)),
+            "one": Constant(value=1.0),
+            "gain": Sum(),
+            "hiss": WhiteNoise(density=1e-3),
+            "amplifier": Gain(),
+            "lag": DiscreteTransferFunction(numerator=(1.0 - DECAY, 0.0), denominator=(1.0, -DECAY)),
+        },
+        wires=[
+            "two.output -> heat.input",
+            "heat.output -> gain.first",
+            "one.output -> gain.second",
+            "gain.output -> amplifier.gain",
+            "hiss.output -> amplifier.input",
+            "amplifier.output -> lag.input",
+        ],
+    )
+
+
+def gain_at_end(constant: float) -> float:
+    return 1.0 + 2.0 * (1.0 - math.exp(-10.0 / constant))
+
+
+@pytest.mark.defect("S825", before=BEFORE, after=AFTER)
+@pytest.mark.exhaustive(but=1)
+@pytest.mark.parametrize("constant", [20.0, 100.0])
+def test_noise_is_that_at_the_end_of_a_run_that_leaves_its_start(constant: float) -> None:
+    budget = noise(warming_up(constant), "lag.output")
+    alone = 1e-3 * math.sqrt(0.5 / PERIOD) * math.sqrt((1.0 - DECAY) / (1.0 + DECAY))
+    assert budget.rms == pytest.approx(alone * gain_at_end(constant), rel=2e-3)
+    assert "the end of the run, 10.01 s" in budget.notes[0]
+
+
+@pytest.mark.defect("S825", before=BEFORE, after=AFTER)
+@pytest.mark.exhaustive(but=1)
+@pytest.mark.parametrize("constant", [20.0, 100.0])
+def test_a_response_is_that_at_the_end_of_a_run_that_leaves_its_start(constant: float) -> None:
+    graph = warming_up(constant)
+    answer = response(graph, "hiss.output", "lag.output")
+    assert answer.at_rest == pytest.approx(gain_at_end(constant), rel=2e-3)
+    assert "the end of the run, 10.01 s" in answer.notes[0]
+    system = linearise(graph, ["hiss.output"], ["lag.output"])
+    assert float(system.dcgain()) == pytest.approx(gain_at_end(constant), rel=2e-3)
+
+
+@pytest.mark.defect("S825", before="1.6 times too little, without a note", after="the same, with a note")
+def test_settled_says_that_the_run_moves_on() -> None:
+    """Without a loop nothing need come to rest."""
+    budget = noise(warming_up(20.0), "lag.output", at="settled")
+    assert any("what holds at its end is another" in note for note in budget.notes)
+
+
+def test_a_time_that_is_named_is_taken() -> None:
+    answer = response(warming_up(20.0), "hiss.output", "lag.output", at="2.5 s")
+    assert answer.at_rest == pytest.approx(1.0 + 2.0 * (1.0 - math.exp(-0.125)), rel=2e-3)
+
+
+def test_what_hardly_moves_is_told_at_the_start() -> None:
+    """Within 2 % at its end."""
+    answer = response(warming_up(1e4), "hiss.output", "lag.output")
+    assert answer.time == pytest.approx(PERIOD)
+    assert answer.notes == ()
