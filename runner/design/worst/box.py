@@ -27,6 +27,7 @@ from proofmass.runner.design.worst.ranges import SIGMAS, Range, Tolerance, read_
 from proofmass.runner.host.arrays import AnyArray
 
 _STEP = 1e-6  # of a place, for derivatives of the box itself
+BOTH_WAYS, UP, DOWN = (-1.0, 1.0), (0.0, 1.0), (-1.0, 0.0)  # of derivatives by a place
 _TOWARDS = 0.5  # the place of all others where a coordinate is tried too: about 0 a relative spread leaves no room
 _PER = {"ramp": "/s", "arrhenius": "/s", WALK: "/sqrt(s)"}
 
@@ -89,12 +90,15 @@ class ToleranceBox:
         whole[self._counted] = place
         return self._values(whole)
 
-    def slopes(self, place: Sequence[float]) -> list[dict[str, float]]:
-        """Return the derivatives of the parameters by each coordinate; those by a list of choices are zero."""
+    def slopes(self, place: Sequence[float], ways: tuple[float, float] = BOTH_WAYS) -> list[dict[str, float]]:
+        """Return the derivatives of the parameters by each coordinate, both ways or one; those by choices are zero.
+
+        The two ways differ at the nominal place, where the ends of a range may be apart by different widths.
+        """
         rows = []
         for number, wanted in enumerate(self.ranges):
             ends = np.array([place, place], dtype=float)
-            ends[:, number] = np.clip(ends[:, number] + np.array([-_STEP, _STEP]), -1.0, 1.0)
+            ends[:, number] = np.clip(ends[:, number] + _STEP * np.array(ways), -1.0, 1.0)
             apart = 0.0 if wanted.choices else ends[1, number] - ends[0, number]
             low, high = (self.values(end) for end in ends)
             rows.append({name: (high[name] - low[name]) / apart if apart else 0.0 for name in low})

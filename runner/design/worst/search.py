@@ -17,7 +17,7 @@ import scipy.optimize
 
 from proofmass.runner.design.quantities.evaluator import STABLE, Evaluator, QuantityReadings
 from proofmass.runner.design.quantities.stopping import go_on
-from proofmass.runner.design.worst.box import ToleranceBox
+from proofmass.runner.design.worst.box import BOTH_WAYS, ToleranceBox
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.host.progress import Progress
 
@@ -93,14 +93,14 @@ class BoxSearch:
             return Badness(True, max((r.value for r in grown if r is not None), default=0.0))
         return Badness(False, -side.sign * reading.value)
 
-    def gradient(self, case: SearchedPlace, side: Side) -> Array:
-        """Return the derivatives of the badness by the places."""
+    def gradient(self, case: SearchedPlace, side: Side, ways: tuple[float, float] = BOTH_WAYS) -> Array:
+        """Return the derivatives of the badness by the places, both ways or one."""
         reading, sign = case.readings[side.quantity], -side.sign
         if reading is None:
             grown = [r for name, r in case.readings.items() if name.startswith(STABLE) and r is not None]
             reading, sign = max(grown, key=lambda r: r.value, default=None), 1.0
         slopes: Mapping[str, float] = reading.slopes if reading is not None else {}
-        rows = self.box.slopes(case.place)
+        rows = self.box.slopes(case.place, ways)
         return np.array([sign * sum(slopes.get(name, 0.0) * by for name, by in row.items()) for row in rows])
 
     def worst(self, side: Side) -> SearchedPlace:
@@ -124,7 +124,8 @@ class BoxSearch:
         for side in sides:
             self._others(side)
             starts = sorted(self.cases.values(), key=lambda case: self.badness(case, side), reverse=True)[:_DESCENTS]
-            starts.append(max((self.cases[place] for place in self.random), key=lambda c: self.badness(c, side)))
+            drawn = sorted((self.cases[place] for place in self.random), key=lambda c: self.badness(c, side))
+            starts += drawn[-1:]
             for case in starts:
                 self._inside(side, case)
             self._others(side)

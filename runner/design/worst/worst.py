@@ -24,7 +24,7 @@ from proofmass.graphs.studies.study import Study
 from proofmass.runner.analysis.linearisation.linearise import loops_of
 from proofmass.runner.design.quantities.evaluator import Evaluator
 from proofmass.runner.design.quantities.stopping import InterruptedSearch
-from proofmass.runner.design.worst.box import box_of
+from proofmass.runner.design.worst.box import DOWN, UP, box_of
 from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.design.worst.search import BoxSearch, SearchedPlace, Side
 from proofmass.runner.host.interrupts import interrupts
@@ -261,7 +261,7 @@ def _case(search: BoxSearch, side: Side, quantity: Quantity, both: bool) -> Wors
         singles.append(OneAtATime(wanted.written, low, high))
     begin, first_order = _value(nominal, side), None
     if begin is not None:
-        change = float(np.sum(np.abs(search.gradient(nominal, side))))
+        change = float(np.sum(np.maximum(search.gradient(nominal, side, UP), -search.gradient(nominal, side, DOWN))))
         first_order = begin - side.sign * change
     corners = sorted(
         (c for c in search.cases.values() if c.corner), key=lambda c: search.badness(c, side), reverse=True

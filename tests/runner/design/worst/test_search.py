@@ -27,7 +27,7 @@ def search_of(function: Function, growth: Function | None = None) -> BoxSearch:
 
     ranges = [SimpleNamespace(others=lambda place: [-place])] * 2
     box = SimpleNamespace(
-        ranges=ranges, values=lambda key: dict(zip("xy", key, strict=True)), slopes=lambda _: [{"x": 1.0}, {"y": 1.0}]
+        ranges=ranges, values=lambda key: dict(zip("xy", key, strict=True)), slopes=lambda *_: [{"x": 1.0}, {"y": 1.0}]
     )
     return BoxSearch(SimpleNamespace(readings=readings), box, 1, None, None)  # type: ignore[arg-type]
 

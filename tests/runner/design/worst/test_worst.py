@@ -212,3 +212,18 @@ def test_large_values_have_an_order() -> None:
 def test_the_part_of_the_box_that_random_points_may_miss(points: int, unseen: float) -> None:
     """Wilks: 59 points show 95 % of it with a confidence of 95 %, and 299 points 99 %."""
     assert WorstCases((), (), 0, points, points, False, {}).unseen == pytest.approx(unseen, rel=2e-3)
+
+
+@pytest.mark.defect("S827", before="80.11 deg", after="79.68 deg")
+def test_derivatives_count_to_the_end_of_a_range_that_is_not_symmetric() -> None:
+    """Of ends that are 10 below and 20 above, the mean of both was taken, 15."""
+    found = worst(GRAPH, PHASE, tolerances={"controller.gain": [90.0, 120.0]}, samples=1)
+    slope = -math.degrees(1.5e-3 / math.sqrt(1.0 - 0.05**2))
+    assert found.cases[0].first_order == pytest.approx(phase_margin(100.0) + slope * 20.0, rel=1e-9)
+
+
+@pytest.mark.defect("C866", before="ValueError: max() arg is an empty sequence", after="corners alone")
+def test_no_random_points_are_tried_where_none_are_wanted() -> None:
+    found = worst(GRAPH, PHASE, tolerances={"controller.gain": "10 %"}, samples=0)
+    assert found.cases[0].worst == pytest.approx(phase_margin(110.0), rel=1e-9)
+    assert (found.random, found.unseen) == (0, 1.0)
