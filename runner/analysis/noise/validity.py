@@ -2,7 +2,9 @@
 
 They are so where what the quantiser is given moves by enough of a step from value to value (Widrow and Kollar,
 Quantization Noise, 2008, chapter 7): Gaussian motion of half a step leaves a correlation of exp(-2 pi^2 / 4), which is
-0.7 %.
+0.7 %. A magnitude that is cut errs by half a step against its sign. Where Gaussian motion of s steps turns the sign,
+E[x e] = -s / sqrt(2 pi): that takes 0.4 / s off the motion, and adds nothing to it. Where no sign turns, the half step
+stands still.
 
 Where noise moves the operating point, the map there must do the same to it. A product of two noises, or the root of a
 sum of squares of noise alone, has a slope that noise itself sets. The map is taken again along a run with noise, at
@@ -32,7 +34,7 @@ from proofmass.runner.derivatives.dual_noise import rounds
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.reference.interpret import TickError
 
-ENOUGH = 0.5  # steps rms
+ENOUGH, ENOUGH_CUT = 0.5, 40.0  # steps rms; of a magnitude that is cut, for 1 % of the motion
 _TICKS = 512  # base ticks of a run with noise, or one period
 _INSTANTS, _MAPPED = 8, 64  # maps along it, and base ticks of them, or one period
 _MORE = 4  # times as many where some map is another
@@ -48,11 +50,22 @@ class Dither:
     part: str  # the quantiser, or which rounding of a block
     rms: float
     change: float
+    cut: bool = False  # whether magnitudes are cut
 
     @property
     def enough(self) -> bool:
         """Return whether the error of the quantiser is noise."""
+        return self.moves and not self.turns
+
+    @property
+    def moves(self) -> bool:
+        """Return whether its input moves by enough of a step."""
         return min(self.rms, self.change) >= ENOUGH
+
+    @property
+    def turns(self) -> bool:
+        """Return whether the error follows the sign of what is cut, by more than 1 % of its motion."""
+        return self.cut and self.rms < ENOUGH_CUT
 
 
 def dithers(whole: PeriodMap, kept: MutableMapping[Hashable, Any]) -> Iterator[Dither]:

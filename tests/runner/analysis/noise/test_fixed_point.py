@@ -198,3 +198,26 @@ def test_errors_that_stand_still() -> None:
     factor = round(0.7 * 2**6) / 2**6
     step = 2.0**-11
     assert parts == pytest.approx({"white": 0.01 * factor, "adc": factor * step / math.sqrt(12.0)}, rel=1e-9)
+
+
+@pytest.mark.defect("S828", before="1.15 steps rms, no doubt", after="the same, with a note on the 0.68 steps of a run")
+@pytest.mark.parametrize(("motion", "doubtful"), [(1.0, True), (4.0, True), (60.0, False)])
+def test_a_cut_magnitude_errs_against_its_sign(motion: float, doubtful: bool) -> None:
+    """A run has 0.4 steps less than goes in, as E[x e] of a Gaussian x is -s / sqrt(2 pi): the budget has more."""
+    word, step = Fixed(30, 20), 2.0**-10
+    rng = np.random.default_rng(1)
+    run = float(np.std(np.trunc(motion * rng.normal(size=100_000))))
+    found = budget(
+        "hiss.output -> quantiser.input",
+        "quantiser.output -> cast.input",
+        "cast.output -> number.input",
+        hiss=WhiteNoise(density=motion * step * math.sqrt(2.0 / RATE)),
+        quantiser=FixedQuantiser(output_format=word),
+        cast=FixedCast(input_format=word, output_format=Fixed(20, 10), rounding="toward_zero"),
+        number=FixedToNumber(input_format=Fixed(20, 10)),
+    )
+    (cast,) = [source for source in found.sources if source.block == "cast"]
+    assert cast.doubtful == doubtful
+    assert any("towards zero" in note for note in found.notes) == doubtful
+    assert found.rms / step == pytest.approx(run, rel=0.02) or doubtful
+    assert run == pytest.approx(motion - 0.4, rel=0.15)
