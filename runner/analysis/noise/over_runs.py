@@ -28,11 +28,12 @@ from proofmass.runner.analysis.linearisation.linearisation import OperatingPoint
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map
 from proofmass.runner.analysis.noise.covariances import Covariances, CovarianceTicks, Last, Stretch
-from proofmass.runner.derivatives.dual_noise import Followed, one_model_each
+from proofmass.runner.derivatives.dual_noise import Followed, given, one_model_each, reached
 from proofmass.runner.derivatives.stepped_ticks import UndefinedSlopesError
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.host.notebook import Told
 from proofmass.runner.host.progress import Progress
+from proofmass.runner.plan.bindings import Deviate
 from proofmass.runner.plan.memory import Memory, Rows, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
@@ -82,8 +83,8 @@ def deviation_over_runs(
 
     `graph` runs from tick 0, and random numbers count from there; `output` is "block.port". The value is that of its
     last tick up to and with the time `until`, in seconds, which is the end of the graph's run unless said. Roundings
-    count as in `noise`. Machine code follows a tick in some 0.2 ms, plain Python in 2 ms; `progress` is called with the
-    ticks that are done and all of them.
+    count as in `noise` where random numbers reach them; elsewhere they are alike in all runs. Machine code follows a
+    tick in some 0.2 ms, plain Python in 2 ms; `progress` is called with the ticks that are done and all of them.
 
     Raises `ModelError` for a graph that cannot be linearised.
 
@@ -148,7 +149,11 @@ def followed(
 ) -> Covariances:
     """Return what a run up to a tick ends in, from a memory without noise or from tick 0; raises `ModelError`."""
     about = linearised(planned)
-    noisy, begin = noise_at(about, list(nodes)), begin or start(planned.without_noise)
+    noisy = noise_at(about, list(nodes))
+    if begin is None:  # all runs round alike what random numbers do not reach
+        drawn = reached(planned, given(planned, (Deviate,)))
+        noisy = {name: models for name, models in noisy.items() if name in drawn}
+    begin = begin or start(planned.without_noise)
     upstream, first = blocks_of_map(planned, (), nodes, False, noisy)[0], begin.tick
     code = (course or about.course).slopes(ticks - first, True, upstream) if one_model_each(noisy) else None
     while True:
@@ -161,8 +166,8 @@ def followed(
             own = Followed(upstream, upstream, (), nodes, noisy)
             advance = CovarianceInCode(code, code.of(planned), begin, own, found).advance
         else:
-            given = planned, begin.copy(), upstream, (), nodes, False, False, True
-            advance = CovarianceTicks(*given, noise=noisy, found=found).advance
+            whole = planned, begin.copy(), upstream, (), nodes, False, False, True
+            advance = CovarianceTicks(*whole, noise=noisy, found=found).advance
         try:
             shown = _SHOWN[code is not None]
             for done in range(first, ticks, shown):

@@ -13,6 +13,8 @@ from proofmass.blocks import (
     DiscreteIntegrator,
     NumericallyControlledOscillator,
     Product,
+    Sine,
+    Sum,
     WhiteNoise,
 )
 from proofmass.graphs.files.toml_reader import read_graph_text
@@ -113,6 +115,21 @@ def test_a_rounding_is_uniform_over_a_step() -> None:
     last = deviation_over_runs(graph, "adc.number")
     assert last.sources["adc"] == pytest.approx(math.sqrt(1.0 / 12.0), rel=1e-12)
     assert last.deviation == pytest.approx(math.hypot(*last.sources.values()), rel=1e-12)
+
+
+@pytest.mark.defect("S829", before="0.29 steps of the second converter", after="none: all runs are alike there")
+def test_a_rounding_that_no_random_number_reaches_is_alike_in_all_runs() -> None:
+    blocks = {
+        "white": WhiteNoise(density=1e-3, unit="V"),
+        "tone": Sine(frequency=33.0, unit="V"),
+        "first": AnalogToDigital(bits=8, reference=1.0),
+        "second": AnalogToDigital(bits=8, reference=1.0),
+        "sum": Sum(),
+    }
+    wires = ["white.output -> first.voltage", "tone.output -> second.voltage", "first.number -> sum.first"]
+    graph = Graph(name="", rate="1 kHz", samples=10, blocks=blocks, wires=[*wires, "second.number -> sum.second"])
+    assert set(deviation_over_runs(graph, "sum.output").sources) == {"white", "first"}
+    assert deviation_over_runs(graph, "second.number").deviation == 0.0
 
 
 def test_many_runs() -> None:
