@@ -28,7 +28,7 @@ from proofmass.runner.program.tick_loop import TickLoop
 from proofmass.runner.targets.machine_code import LlvmModule, Settings, is_cached, load_module
 
 _Place: TypeAlias = tuple[type, int]
-Numbers: TypeAlias = tuple[dict[str, AnyArray], dict[str, AnyArray], dict[VectorOf, AnyArray]]
+BegunNumbers: TypeAlias = tuple[dict[str, AnyArray], dict[str, AnyArray], dict[VectorOf, AnyArray]]
 
 
 class _Layout(NamedTuple):
@@ -104,7 +104,7 @@ class CompiledLoop:
         self._watched = finite_places(plan, written)
         self._refused = written.memory.counts[INTEGERS]  # place of `state_integers`
 
-    def again(self, plan: Plan, memory: Memory, numbers: "Numbers | None" = None) -> None:
+    def again(self, plan: Plan, memory: Memory, numbers: BegunNumbers | None = None) -> None:
         """Begin again, at the same addresses, a plan that differs in numbers alone and has no recordings."""
         self.plan, self.tick = plan, memory.tick
         kept = (*self._constants.values(), *self._state.values(), *self._vectors.values())
@@ -113,7 +113,7 @@ class CompiledLoop:
             array[:] = held
         self._scratch[:] = np.nan
 
-    def numbers_of(self, plan: Plan, memory: Memory) -> "Numbers":
+    def numbers_of(self, plan: Plan, memory: Memory) -> BegunNumbers:
         """Return the constants of a plan, and the numbers and the vectors that a run begins with."""
         compiled, written = self._compiled, self._written
         vectors = zip(written.vectors, written.vector_kinds, strict=True)

@@ -25,7 +25,7 @@ from proofmass.runner.program.varying import ALL
 from proofmass.runner.targets.found_slopes import LANES, Found, followed
 from proofmass.runner.targets.lane_text import LanesOf
 from proofmass.runner.targets.machine_code import Settings, load_lanes
-from proofmass.runner.targets.native import CompiledLoop, CompiledPlan, Numbers
+from proofmass.runner.targets.native import BegunNumbers, CompiledLoop, CompiledPlan
 from proofmass.runner.targets.native_lanes import aligned
 
 _ENTRIES = 1 << 20  # numbers of the rows of one call, which fit in a cache
@@ -281,7 +281,7 @@ class CompiledSlopes(SlopesInCode):
             self.recorded[self._node].append(value)
         self._kept.append((found, valued))
 
-    def again(self, plan: Plan, memory: Memory, numbers: Numbers | None = None) -> None:
+    def again(self, plan: Plan, memory: Memory, numbers: BegunNumbers | None = None) -> None:
         """Begin again as `CompiledLoop` does, in the directions that were wanted before."""
         super().again(plan, memory, numbers)
         self._first, self._live, self._kept = self.tick, self._seeded, []

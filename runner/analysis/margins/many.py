@@ -51,7 +51,7 @@ from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 
 if TYPE_CHECKING:
-    from proofmass.runner.targets.native import Numbers
+    from proofmass.runner.targets.native import BegunNumbers
     from proofmass.runner.targets.native_slopes import CompiledSlopes
 
 MarginValues = tuple[
@@ -249,7 +249,7 @@ class _Begun:
     """The run of a sensor, and what it begins with at operating points, for all of its loops."""
 
     def __init__(self, course: Course) -> None:
-        self.course, self._memories, self._numbers = course, dict[int, Memory](), dict[int, "Numbers"]()
+        self.course, self._memories, self._numbers = course, dict[int, Memory](), dict[int, "BegunNumbers"]()
 
     @cached_property
     def settled(self) -> int:
@@ -261,7 +261,7 @@ class _Begun:
             self._memories[tick] = self.course.at(tick)
         return self._memories[tick]
 
-    def numbers(self, engine: "CompiledSlopes", memory: Memory) -> "Numbers":
+    def numbers(self, engine: "CompiledSlopes", memory: Memory) -> "BegunNumbers":
         """Return the numbers with which an engine begins there, as any other with the same machine code."""
         if memory.tick not in self._numbers:
             self._numbers[memory.tick] = engine.numbers_of(self.course.plan, memory)
@@ -278,7 +278,7 @@ class _Loops:
 
     @cached_property
     def same(self) -> Truths:
-        """Which of them the next period repeats."""
+        """True for those that the next period repeats."""
         pairs = zip(self.now, self.after, strict=True)
         alike = [np.abs(later - part) <= SAME * np.abs(part) for part, later in pairs]
         return np.asarray(np.all([each.reshape(len(each), -1).all(axis=1) for each in alike], axis=0))
