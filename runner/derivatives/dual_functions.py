@@ -14,6 +14,7 @@ from typing import Any
 from proofmass.blocks.arithmetic import elementary, rounding
 from proofmass.runner.derivatives.ball import Ball, of_balls
 from proofmass.runner.derivatives.dual import SIGNALS, UNDEFINED, Dual, chained, plain, slopes_of, value_of, with_plain
+from proofmass.runner.derivatives.polynomial import Polynomial
 from proofmass.runner.derivatives.slopes import SLOPES_OF_ONE, SLOPES_OF_TWO
 
 dual_math: Any = types.SimpleNamespace(**vars(math))  # stands in for `math`; filled below
@@ -121,6 +122,8 @@ def _of_one(function: Callable[[float], Any], slope: Callable[[Any], Any]) -> Ca
     """A function of one number, with its derivative by the chain rule."""
 
     def apply(x: Any) -> Any:
+        if isinstance(x, Polynomial):
+            return x.through(apply)
         if not isinstance(x, Dual):
             return of_balls(function, x) if isinstance(x, Ball) else function(x)
         value = apply(x.value)
@@ -180,7 +183,8 @@ def _converting(kind: Callable[..., Any]) -> Callable[..., Any]:
     """`int` or `float`: a change of type, which for a dual number changes nothing."""
 
     def convert(x: Any = 0, *more: Any) -> Any:
-        return x if isinstance(x, Dual) or (kind is float and isinstance(x, Ball)) else kind(x, *more)
+        real = kind is float and isinstance(x, Ball)
+        return x if real or isinstance(x, Dual | Polynomial) else kind(x, *more)
 
     return convert
 
@@ -272,7 +276,7 @@ def _rounding(rule: Callable[[Any], Any]) -> Callable[[Any], Any]:
     def rounded(value: Any) -> Any:
         if _stands(value):
             return with_plain(value, rule(plain(value)))
-        return value if isinstance(value, Dual) else _counted(rule, value)
+        return value if isinstance(value, Dual | Polynomial) else _counted(rule, value)
 
     return rounded
 
@@ -282,7 +286,7 @@ _clip: Callable[..., Any] = rounding.clip  # of numbers with slopes
 
 def _choosing(rule: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
     def chosen(value: Any, last: Any) -> Any:
-        if not isinstance(value, Dual):
+        if not isinstance(value, Dual | Polynomial):
             return rule(round(value) if isinstance(value, Ball) else value, last)
         inside = _clip(value, 0.0, last)
         return with_plain(inside, float(rule(plain(value), plain(last)))) if _stands(value) else inside

@@ -66,7 +66,7 @@ def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[str, in
         loop = _loop(leaf.loops, leaf.box[:-1])
         place = places.setdefault(digest_of(loop), len(loops))
         loops += [loop] * (place == len(loops))
-        left, noise = leaf.left, leaf.beyond_noise
+        left, noise, frame = leaf.left, leaf.beyond_noise, leaf.loops.frame
         leaves.append(
             {
                 "box": leaf.core,
@@ -76,6 +76,7 @@ def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[str, in
                 "beyond": leaf.beyond.tolist(),
                 **({} if left is None else {"left": left.tolist()}),
                 **({} if noise is None else {"noise": noise.tolist()}),
+                **({} if frame is None else {"frame": frame.tolist()}),  # where a search may begin that goes on
             }
         )
     more: dict[str, Any] = {name: True for name in ("any_change", "at_rest", "continuous") if getattr(claim, name)}

@@ -95,7 +95,7 @@ def test_the_loop_of_the_fluxgate() -> None:
 def test_the_loop_of_the_seismometer() -> None:
     """Plant, notch and controller by SciPy; the slow integral without the images of its ticks."""
     period, rate = 1.0 / 2000.0, 2000.0
-    notch = signal.iirnotch(600.0, 3.0, rate)
+    notch = signal.iirnotch(560.0, 1.2, rate)
     decay = math.exp(-2.0 * math.pi * 400.0 * period)
     modes = []
     for mass, frequency, damping in ((0.1, 2.0, 0.025), (0.5, 600.0, 0.5 * 2.0 * math.pi * 600.0 / 500.0)):

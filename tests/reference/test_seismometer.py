@@ -30,7 +30,7 @@ def plant() -> tuple[np.ndarray, np.ndarray]:
 def by_hand() -> tuple[np.ndarray, np.ndarray]:
     """Output at 100 Hz and position at 2 kHz."""
     transition, entry = plant()
-    numerator, denominator = signal.iirnotch(600.0, 3.0, 2000.0)
+    numerator, denominator = signal.iirnotch(560.0, 1.2, 2000.0)
     decay = math.exp(-2.0 * math.pi * 400.0 * T)
     x, delays = np.zeros(4), np.zeros(2)
     derivative = before = integral = held = total = mean = 0.0

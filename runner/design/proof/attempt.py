@@ -66,8 +66,11 @@ def known_proofs(certificate: str, graph_sha256: str) -> KnownProofs:
 
 
 def _start(leaf: Mapping[str, Any]) -> Start:
-    left = leaf.get("left")
-    return Start(np.array(leaf["transform"], dtype=float), None if left is None else np.array(left, dtype=float))
+    left, transform = leaf.get("left"), np.array(leaf["transform"], dtype=float)
+    if "frame" in leaf:  # the coordinates of the states that it is of
+        frame = np.array(leaf["frame"], dtype=float)
+        transform = np.kron(np.eye(len(transform) // len(frame)), frame) @ transform
+    return Start(transform, None if left is None else np.array(left, dtype=float))
 
 
 def _sides(box: Sequence[Sequence[float]]) -> Sides:

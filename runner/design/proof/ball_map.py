@@ -15,14 +15,15 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints, linearised
 from proofmass.runner.analysis.linearisation.orbit import OrbitPoint
-from proofmass.runner.analysis.linearisation.seeds import at_place, held_in, place_of, put
+from proofmass.runner.analysis.linearisation.seeds import held_in
 from proofmass.runner.analysis.linearisation.tick_maps import between
 from proofmass.runner.derivatives.ball import Ball
-from proofmass.runner.derivatives.dual import SIGNALS, Dual, dual, slopes_of
+from proofmass.runner.derivatives.dual import SIGNALS, Dual, slopes_of
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.design.proof.ball_ticks import BallTicks, advanced, varied, with_balls
 from proofmass.runner.design.proof.enclosed import RestPoint
 from proofmass.runner.design.proof.rest_point import RestRun
+from proofmass.runner.design.proof.tick_products import SteppedBallTicks, TickProducts, seeded, tick_products
 from proofmass.runner.host.arrays import Truths
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
@@ -72,9 +73,7 @@ class BallRun:
         """
         plan, at_rest, begin = self._there(parameters, rest, moves)
         rings, entries = self._point.rings, self._point.map.states
-        for entry in entries:
-            place = place_of(begin, entry, rings)
-            put(begin, place, at_place(begin, place) + dual(0.0, {entry: 1.0}, SIGNALS))
+        seeded(begin, entries, rings)
         engine = self._engine(plan, begin)
         last = begin.tick + self._point.ticks
         if self._rest is not None:
@@ -87,6 +86,16 @@ class BallRun:
         values += [value for node in self._ends.outputs for value in engine.recorded[node]]
         columns = [*entries, *self._columns(engine)]
         return [[slopes_of(value, SIGNALS).get(key, 0.0) for key in columns] for value in values], len(entries)
+
+    def ticks(self, parameters: Mapping[str, Any], kept: "Kept") -> TickProducts:
+        """Return the ticks of the loop of some states for parameters that hold polynomials."""
+        plan = with_balls(self._plan, parameters)
+        begin, ends = self._begin(plan), self._ends
+        rings, entries = self._point.rings, self._point.map.states
+        places = seeded(begin, entries, rings)
+        engine = SteppedBallTicks(plan, begin, self._blocks, ends.inputs, ends.outputs, ends.cut, False)
+        states = [entries[i] for i in kept.states]
+        return tick_products(engine, places, begin.tick + self._point.ticks, rings, states)
 
     def _there(self, parameters: Mapping[str, Any], rest: Any, moves: bool) -> tuple[Plan, list[Any], Memory]:
         """Return the plan with such parameters, the numbers at rest, and the memory from which the period goes on."""
@@ -116,6 +125,7 @@ class Starting:
     _run: BallRun
     period: float  # s
     values: int  # of a wire in it
+    in_ticks: bool = False  # whether its ticks are known one by one
 
     def map(self, parameters: Mapping[str, Any], kept: Kept | None = None) -> BallMap:
         """Return the map for parameters that hold balls, dual in the coordinates of a box, of what is `kept`.
@@ -128,6 +138,10 @@ class Starting:
         kept = replace(self._kept(rows, order), rest=rest) if kept is None else kept
         down, across = ([*kept.states, *(order + end for end in ends)] for ends in (kept.outputs, kept.inputs))
         return BallMap(len(kept.states), [[rows[i][j] for j in across] for i in down], kept)
+
+    def ticks(self, parameters: Mapping[str, Any], kept: Kept) -> TickProducts:
+        """Return the ticks of a loop for parameters that hold polynomials, of the states that are `kept`."""
+        return self._run.ticks(parameters, kept)
 
     def _seen(self, rows: MatrixRows, order: int) -> MatrixRows:
         """Return the map as the claim has it."""
@@ -158,7 +172,7 @@ class StartingLoop(Starting):
             has = f"the loop through {signal} has {between.order} states and {values}"
             most = f"{MOST_STATES} states and {MOST_VALUES} values"
             raise too_large(plan, has, node, most, "open the loop at its slowest wire with --loop")
-        self._run = BallRun(plan, ends, point, rest)
+        self._run, self.in_ticks = BallRun(plan, ends, point, rest), rest is None
         self.period, self.values = between.period, len(between.inputs)  # s, and values of the wire in it
 
     def _kept(self, rows: MatrixRows, order: int) -> Kept:

@@ -7,14 +7,16 @@ import itertools
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
+import flint
 import numpy as np
 
 from proofmass.runner.derivatives.ball import ball
 from proofmass.runner.derivatives.dual import plain
+from proofmass.runner.derivatives.polynomial import Polynomial
 from proofmass.runner.design.proof.ball_map import BallMap, Kept, Starting
 from proofmass.runner.design.proof.ball_ticks import coordinate
 from proofmass.runner.design.proof.claim import Claim
-from proofmass.runner.design.proof.closed_loop import OpenCorners, bends, open_loops
+from proofmass.runner.design.proof.closed_loop import ClosedTicks, Jets, OpenCorners, bends, jets_of
 from proofmass.runner.design.proof.coordinates import Sides
 from proofmass.runner.design.proof.enclosed import Enclosed
 
@@ -24,7 +26,7 @@ _Value = TypeVar("_Value")
 _Corner = tuple[Any, ...]  # its coordinates, and what is kept there
 MOST_CORNERS = 9  # coordinates whose ends are looked at together
 _SLICES = 8  # in which second derivatives are bounded one by one
-_KEPT, _KEPT_CORNERS = 4_096, 16_384  # maps of boxes, and of corners
+_KEPT, _KEPT_CORNERS = 256, 16_384  # maps of boxes, and of corners
 
 
 class BoxMaps:
@@ -59,17 +61,34 @@ class BoxMaps:
         return self._known[sides]
 
     def _over(self, sides: Sides) -> OpenCorners:
-        whole = self._dual(sides)
-        bent = int(np.argmax(bends(whole, widths_of(sides)))) if sides else 0
-        around = [self._dual(part, whole.kept) for part in _slices(sides, bent)] if sides else [whole]
         wide = [i for i, (low, high) in enumerate(sides) if low < high]
-        chosen = wide[:MOST_CORNERS]
+        chosen, in_ticks = wide[:MOST_CORNERS], self._loop.in_ticks
+        whole = self._loop.map(self._parameters([ball(*side) for side in sides])) if in_ticks else self._dual(sides)
+        ticks = self._ticks(sides, chosen, whole.kept) if in_ticks else None
+
+        def around() -> tuple[Jets, ...]:
+            with_slopes = self._dual(sides, whole.kept) if in_ticks else whole
+            bent = int(np.argmax(bends(with_slopes, widths_of(sides)))) if sides else 0
+            maps = [self._dual(part, whole.kept) for part in _slices(sides, bent)] if sides else [with_slopes]
+            return tuple(map(jets_of, maps))
+
         corners = []
         for place in itertools.product((0, 1), repeat=len(chosen)):
             ends = dict(zip(chosen, place, strict=True))
             points = [side[ends[i]] if i in ends else middle_of(*side) for i, side in enumerate(sides)]
             corners.append(self._corner(whole.kept, tuple(points)))
-        return open_loops(Enclosed.stacked(corners), around, chosen)
+        order, values, rest = whole.order, len(whole.rows) - whole.order, whole.kept.rest
+        return OpenCorners(order, values, Enclosed.stacked(corners), around, rest, tuple(chosen), ticks)
+
+    def _ticks(self, sides: Sides, interpolated: Sequence[int], kept: Kept) -> ClosedTicks:
+        """Return the ticks over a box; coordinates that are not interpolated are at the corners' middle in double."""
+        values = [
+            Polynomial.coordinate(*side, i)
+            if i in interpolated
+            else Polynomial({(): flint.arb(middle_of(*side)), (i,): flint.arb(half)})
+            for i, (side, half) in enumerate(zip(sides, widths_of(sides), strict=True))
+        ]
+        return ClosedTicks(self._loop.ticks(self._parameters(values), kept))
 
     def _corner(self, kept: Kept, points: tuple[float, ...]) -> Enclosed:
         key = points, kept.states, kept.inputs, kept.outputs

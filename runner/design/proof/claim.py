@@ -20,21 +20,12 @@ from functools import partial
 
 from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.runner.design.proof.at_rest import scale_factors
-from proofmass.runner.design.proof.closed_loop import (
-    GAIN,
-    PHASE,
-    Disc,
-    Factor,
-    Family,
-    OpenCorners,
-    closed_loops,
-    through,
-    with_disk,
-)
+from proofmass.runner.design.proof.closed_loop import Disc, Family, OpenCorners, closed_loops, through, with_disk
 from proofmass.runner.design.proof.contraction import Norm
 from proofmass.runner.design.proof.half_plane import HalfPlane, PoleRegion
 from proofmass.runner.design.proof.noise_norm import norm_of_noise, rms_at_corners
 from proofmass.runner.design.proof.rest_norm import Start, norm_at_rest
+from proofmass.runner.design.proof.wire_factors import GAIN, PHASE, Factor
 from proofmass.runner.host.arrays import Array
 
 _Family = Callable[[OpenCorners, tuple[float, float], Sequence[float]], Family]

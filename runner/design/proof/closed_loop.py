@@ -15,6 +15,10 @@ entry by entry, since I - L_1 L_2 ... = (I - L_1) + L_1 (I - L_2) + ... for inte
 An amplifier's gain has no second derivative: all of its tolerance is exact. Coordinates beyond the first few stay in
 the middle, and add h_i |dA / dq_i|.
 
+Of a loop whose ticks are polynomials (`tick_products`), each term c d^k with a power of two or more adds |c|: even
+powers are 1 at all corners, and of d^k - d^(k mod 2) no more than 1 is left. States are turned into coordinates S, in
+which bounds by entries are narrow: S^-1 A S has the poles of A.
+
 All complex factors (2 + a d) / (2 - a d) with |d| <= 1 are one matrix. With E = (I - D)^-1 it is
 
     [ A + B E C     B E           ]
@@ -28,58 +32,26 @@ chapter 21). A response is at most x at all frequencies, |C (z - A)^-1 B + D| <=
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import flint
 import numpy as np
 
-from proofmass.runner.derivatives.ball import arb_of
+from proofmass.runner.derivatives.ball import UndecidedError, arb_of
 from proofmass.runner.derivatives.dual import plain, slopes_of
+from proofmass.runner.derivatives.polynomial import Terms, repeated
 from proofmass.runner.design.proof.ball_map import BallMap, MatrixRows
 from proofmass.runner.design.proof.ball_ticks import FIRST, SECOND
 from proofmass.runner.design.proof.enclosed import UP, Enclosed, RestPoint, quarters
+from proofmass.runner.design.proof.tick_products import TickProducts
+from proofmass.runner.design.proof.wire_factors import Factor
 from proofmass.runner.host.arrays import Array
 
-_WIDEST = 1.45  # half of an arc, below a quarter of a turn: the tangents at its ends cross beyond it
 Key = tuple[int, ...]  # numbers of the coordinates of a derivative, in ascending order
 Jet = Mapping[Key, Any]  # a matrix of Arb's and its derivatives up to the second, without those that are zero
-
-
-@dataclass(frozen=True)
-class Factor:
-    """Factors at the wire of a loop, by one coordinate: the matrix, Arb's, with its first and second derivative."""
-
-    name: str
-    parts: int  # 2 where they are complex
-    derivatives: Callable[[Any], Sequence[Sequence[Sequence[Any]]]]
-    widest: float = math.inf  # distance of two ends between which there are corners
-
-    def corners(self, low: float, high: float, chord: bool) -> list[Sequence[Sequence[Any]]]:
-        """Return the factors at both ends; with `chord` a few between which all the others lie.
-
-        The arc of a phase lies in the triangle of its ends and the crossing of the tangents there, at 1 / cos of half
-        the angle.
-        """
-        places = [flint.arb(low)] + [flint.arb(high)] * (high > low)
-        ends = [self.derivatives(place)[0] for place in places]
-        if chord and self.parts == 2 and high > low:
-            middle, half = (places[1] + places[0]) / 2, (places[1] - places[0]) / 2
-            ends.append([[value / half.cos() for value in row] for row in self.derivatives(middle)[0]])
-        return ends
-
-
-def _of_phase(p: Any) -> Sequence[Sequence[Sequence[Any]]]:
-    cosine, sine = p.cos(), p.sin()
-    return (
-        ((cosine, -sine), (sine, cosine)),
-        ((-sine, -cosine), (cosine, -sine)),
-        ((-cosine, sine), (-sine, -cosine)),
-    )
-
-
-GAIN = Factor("gain", 1, lambda g: (((g,),), ((flint.arb(1),),)))
-PHASE = Factor("phase", 2, _of_phase, 2.0 * _WIDEST)
+Jets = tuple[Jet, Jet, Jet, Jet]  # of A, B, C and D
 
 
 @dataclass(frozen=True)
@@ -121,9 +93,52 @@ class OpenCorners:
     order: int
     values: int  # of the wire in a period
     corners: Enclosed  # a matrix for each corner
-    jets: tuple[tuple[Jet, Jet, Jet, Jet], ...]  # of A, B, C and D, in parts that cover the box
+    around: Callable[[], tuple[Jets, ...]] | None  # A, B, C and D with their derivatives, in parts that cover the box
     rest: RestPoint | None  # where the sensors of the box rest, None at the start of a run
     interpolated: tuple[int, ...]  # coordinates that are at both ends among the corners; the others are in the middle
+    ticks: "ClosedTicks | None" = None  # the ticks of a loop, where they are known one by one
+    frame: Array | None = None  # S: the states are S times these
+
+    @cached_property
+    def jets(self) -> tuple[Jets, ...]:
+        """A, B, C and D with their derivatives, in parts that cover the box."""
+        return self.around() if self.around else ()
+
+    def framed(self, frame: Array) -> "OpenCorners":
+        """Return the loop with its states in coordinates S of their own."""
+        n = self.order
+        to = flint.arb_mat(frame.tolist())
+        back = Enclosed.of_balls([_inverse(to).tolist()])
+        a, b, c, d = quarters(self.corners, n)
+        turned = Enclosed.exact(frame)
+        return replace(self, corners=Enclosed.joined([[back @ a @ turned, back @ b], [c @ turned, d]]), frame=frame)
+
+    @property
+    def proving(self) -> "OpenCorners":
+        """What proves: no more has to travel and to be kept."""
+        return replace(self, around=None, ticks=None, rest=None if self.rest is None else replace(self.rest))
+
+
+@dataclass(frozen=True)
+class ClosedTicks:
+    """The ticks of a loop, and its products that were asked for."""
+
+    of: TickProducts
+    known: dict[Any, Terms] = field(default_factory=dict)
+
+    def terms(self, factor: Factor, ends: tuple[float, float], chord: bool, last: int) -> Terms:
+        """Return the closed loop over a period as a polynomial."""
+        key = factor.name, ends
+        if key not in self.known:
+            self.known[key] = self.of.closed(factor.terms(*ends, chord, last), factor.parts)
+        return self.known[key]
+
+
+def _inverse(matrix: Any) -> Any:
+    try:
+        return matrix.inv()
+    except ZeroDivisionError:
+        raise UndecidedError("coordinates that are not independent") from None
 
 
 @dataclass(frozen=True)
@@ -139,6 +154,7 @@ class Family:
     noise: Enclosed | None = None  # [B; D] of sources at the corners (`noise_norm`)
     beyond_noise: Array | None = None  # how far others may lie beyond those
     limit: float = math.inf  # of what it adds
+    opened: OpenCorners | None = None  # the loop that is closed, in its coordinates
     rates: "Family | None" = None  # of a loop in continuous time, for the norms of which this one stands
 
     def parts(self) -> "list[Family]":
@@ -167,13 +183,8 @@ class Family:
         return np.array(moves).reshape(-1, *self.corners.middle.shape[1:])
 
 
-def open_loops(corners: Enclosed, around: Sequence[BallMap], interpolated: Sequence[int]) -> OpenCorners:
-    """Return an open loop from its matrices at the corners of a box, and its maps over parts that cover the box."""
-    n, k = around[0].order, len(around[0].rows) - around[0].order
-    return OpenCorners(n, k, corners, tuple(map(_jets, around)), around[0].kept.rest, tuple(interpolated))
-
-
-def _jets(of: BallMap) -> tuple[Jet, Jet, Jet, Jet]:
+def jets_of(of: BallMap) -> Jets:
+    """Return A, B, C and D of a map with their derivatives."""
     above, below = of.rows[: of.order], of.rows[of.order :]
     a, b, c, d = (
         _jet([row[columns] for row in rows])
@@ -185,7 +196,7 @@ def _jets(of: BallMap) -> tuple[Jet, Jet, Jet, Jet]:
 
 def bends(of: BallMap, widths: Sequence[float]) -> list[float]:
     """Return how far an open loop bends along each coordinate of a box of half `widths`."""
-    jets = _jets(of)
+    jets = jets_of(of)
     return [
         sum(float(np.sum(_sizes(jet[i, i]))) for jet in jets if (i, i) in jet) * width * width
         for i, width in enumerate(widths)
@@ -198,6 +209,14 @@ def closed_loops(factor: Factor, of: OpenCorners, ends: tuple[float, float], wid
     chord = of.values == 1  # the loop is linear in the factor
     factors = factor.corners(*ends, chord)
     stacked = Enclosed.interleaved([_closed_at(of, f) for f in factors])
+    if of.ticks is not None:
+        terms = of.ticks.terms(factor, ends, chord, last)
+        if of.frame is not None:
+            to = flint.arb_mat(np.kron(np.eye(factor.parts), of.frame).tolist())
+            back = _inverse(to)
+            terms = {key: back * term * to for key, term in terms.items()}
+        shares = shares_of_terms(terms, {*of.interpolated, last, last + chord}, last)
+        return Family(stacked, len(factors), shares, opened=of)
     whole = flint.arb(ends[0]).union(flint.arb(ends[1]))
     jets = [_closed_jet(parts, of.values, factor, whole, last) for parts in of.jets]
     exact = {*of.interpolated, last}
@@ -213,6 +232,24 @@ def shares_of(jets: Sequence[Jet], widths: Sequence[float], exact: set[int], lin
         if sizes and width and i != linear:
             shares[i] = np.max(sizes, axis=0) * (size * (1.0 + 2.0**-50))
     return shares
+
+
+def shares_of_terms(terms: Terms, exact: set[int], last: int) -> dict[int, Array]:
+    """Return what each coordinate adds beyond the corners, of which `last` is the factor's.
+
+    What is not known of any term may differ between corners and what lies among them.
+    """
+    shares, unknown = dict[int, Array](), np.zeros(())
+    for key, term in terms.items():
+        entries = term.tolist()
+        middle = flint.arb_mat([[value.mid() for value in row] for row in entries])
+        unknown = unknown + 2.0 * _sizes(term - middle)
+        if len({*key}) < len(key) or not exact.issuperset(key):
+            i = min(max(key, key=key.count), last)
+            shares[i] = shares.get(i, 0.0) + _sizes(middle)
+    most = max(shares, key=lambda i: float(shares[i].sum()), default=last)
+    shares[most] = (shares.get(most, 0.0) + unknown) * UP
+    return {i: share * UP for i, share in shares.items()}
 
 
 def with_disk(of: OpenCorners, ends: tuple[float, float], widths: Sequence[float]) -> Family:
@@ -267,7 +304,7 @@ def _closed_at(of: OpenCorners, factor: Sequence[Sequence[Any]]) -> Enclosed:
 
 
 def _closed_jet(jets: Sequence[Jet], values: int, factor: Factor, place: Any, last: int) -> Jet:
-    a, b, c, d = ({key: _repeated(m, factor.parts) for key, m in jet.items()} for jet in jets)
+    a, b, c, d = (repeated(jet, factor.parts) for jet in jets)
     f = {(last,) * order: _spread(rows, values) for order, rows in enumerate(factor.derivatives(place))}
     power = back = product(f, c)
     for _ in range(values - 1 if d else 0):
@@ -288,14 +325,6 @@ def _jet(rows: MatrixRows) -> Jet:
                     entries.setdefault((i, j), [flint.arb(0)] * (height * width))[place] = arb_of(bend)
     some = {key: values for key, values in entries.items() if not all(value.is_zero() for value in values)}
     return {key: flint.arb_mat(height, width, values) for key, values in some.items()}
-
-
-def _repeated(matrix: Any, parts: int) -> Any:
-    """Return a matrix along the diagonal as many times."""
-    if parts == 1:
-        return matrix
-    rows, zeros = matrix.tolist(), [0] * matrix.ncols()
-    return flint.arb_mat([zeros * i + row + zeros * (parts - 1 - i) for i in range(parts) for row in rows])
 
 
 def _spread(factors: Sequence[Sequence[Any]], values: int) -> Any:

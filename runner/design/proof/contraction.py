@@ -14,13 +14,14 @@ taken likewise (`half_plane`).
 import itertools
 import math
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import scipy.linalg
 
+from proofmass.runner.derivatives.ball import UndecidedError
 from proofmass.runner.design.proof.closed_loop import Disc, Family
 from proofmass.runner.design.proof.descent import descended, largest, unknown
 from proofmass.runner.design.proof.enclosed import UNIT, UP, Enclosed, quarters
@@ -48,6 +49,14 @@ class Norm:
         """The inverse of the transformation, as doubles have it: of rows that are made alike, since units are not."""
         scale = np.maximum(np.abs(self.transform).max(axis=1), 1e-300)
         return np.asarray(np.linalg.inv(self.transform / scale[:, None]) / scale, dtype=np.float64)
+
+    @property
+    def of_states(self) -> Array:
+        """The transformation of the states themselves, whatever coordinates the family has them in."""
+        opened = self.family.opened
+        if opened is None or opened.frame is None:
+            return self.transform
+        return np.asarray(np.kron(np.eye(len(self.transform) // opened.order), opened.frame) @ self.transform)
 
     @cached_property
     def corners(self) -> Enclosed:
@@ -227,6 +236,22 @@ def _riccati(a: Array, b: Array, c: Array, d: Array, rest: float) -> Array:
             between = np.linalg.inv(unit + g @ h)
             a, g, h = a @ between @ a, g + a @ between @ g @ a.T, h + a.T @ h @ between @ a
         return np.asarray(0.5 * (h + h.T))
+
+
+def in_frame(transform: Array, family: Callable[[Array], Family], parts: int) -> Norm:
+    """Return the norm of a transformation of states of so many parts, with the family in coordinates that are near it.
+
+    Raises `UndecidedError`.
+    """
+    n, frame = len(transform) // parts, transform
+    if parts > 1:
+        both = transform @ transform.T
+        try:
+            frame = np.linalg.cholesky(sum(both[i : i + n, i : i + n] for i in range(0, parts * n, n)))
+        except np.linalg.LinAlgError:
+            raise UndecidedError("coordinates that are not independent") from None
+    own = np.eye(n) if parts == 1 else np.linalg.solve(np.kron(np.eye(parts), frame), transform)
+    return Norm(own, family(frame))
 
 
 def radius_of(family: Family) -> float:

@@ -18,10 +18,11 @@ from proofmass.runner.design.proof.at_rest import keeps_side, none_settles
 from proofmass.runner.design.proof.box_maps import MOST_CORNERS, BoxMaps, middle_of, widths_of
 from proofmass.runner.design.proof.claim import PEAK, Claim
 from proofmass.runner.design.proof.closed_loop import Family
-from proofmass.runner.design.proof.contraction import Norm, first_norm, outer_corner, radius_of
+from proofmass.runner.design.proof.contraction import Norm, bound_of, first_norm, in_frame, outer_corner, radius_of
 from proofmass.runner.design.proof.coordinates import ProvedRegion, Sides, widened
 from proofmass.runner.design.proof.half_plane import PoleRegion
 from proofmass.runner.design.proof.rest_norm import Start
+from proofmass.runner.host.arrays import Array
 
 _FINEST = 1e-6  # part of a side of the first box below which none is halved
 _FACTORS_FIRST = 16.0  # how much finer factors are halved than parameters
@@ -30,6 +31,8 @@ _AT_THE_LIMIT = "the value of a sensor lies too near the limit"
 NOT_IN_ONE = "no norm is found that serves all of the tolerances at once"
 _TOGETHER = "a wire has several values in a period: all frequencies that one of them shows at count together"
 STAYS = "something on the way does not decay, though it may not show"
+_ROUNDS = 3  # of norms, each in the coordinates of the one before
+_HOPELESS = 8.0  # times the room that there is: what lies beyond the corners does not shrink so much with a better norm
 _NEARLY = 1e-5  # by which a norm at the corners may be below one before another is looked for
 
 
@@ -81,15 +84,14 @@ class BoxLook:
         if self.claim.in_parts:  # whose norms are to follow from where they are
             return Looked(halves=halves, why=why)
         alone = self.claim.in_one_norm and any(half[:-1] != self.whole[:-1] for half in halves)
-        begin = start if norm is None else Start(norm.transform, norm.family.left, alone)
+        begin = start if norm is None else Start(norm.of_states, norm.family.left, alone)
         return Looked(halves=halves, start=begin, why=why)
 
     def _region(self, core: Sides, box: Sides, norm: Norm, disc: PoleRegion) -> ProvedRegion:
         if self.claim.in_parts:
             norm, disc = norm.tightened(disc, self.claim.row.wire.parts)
-        family, opened = norm.family, self.maps.open(box[:-1])
-        rest = None if opened.rest is None else replace(opened.rest)
-        loops = replace(opened, jets=(), rest=rest)  # what proves: no more has to travel and to be kept
+        family = norm.family
+        loops = (family.opened or self.maps.open(box[:-1])).proving
         beyond, left, noise = disc.beyond(family), family.left, family.beyond_noise
         return ProvedRegion(core, box, norm.transform, beyond, left, noise, loops, disc)
 
@@ -140,7 +142,13 @@ class BoxLook:
         if not moved:
             return None, discs[0]
         best, disc = min(moved, key=lambda one: radius_of(one[0])) if len(moved) > 1 else moved[0]
-        return _norm(best, start), disc
+        if best.opened is None or self.claim.moves:  # what moves needs one set of coordinates for all parts of the box
+            return _norm(best, start), disc
+
+        def framed(frame: Array) -> Family:
+            return disc.moved(row.family(opened.framed(frame), box[-1], widths_of(box)), row.wire.parts)
+
+        return _norm_in_frame(best, start, lambda transform: in_frame(transform, framed, row.wire.parts)), disc
 
 
 def _norm(family: Family, start: Start | None) -> Norm | None:
@@ -153,6 +161,26 @@ def _norm(family: Family, start: Start | None) -> Norm | None:
     own = first_norm(family)
     norms = [norm for norm in (given, own) if norm is not None]
     return min(norms, key=Norm.worst).improved() if own is not None else None
+
+
+def _norm_in_frame(family: Family, start: Start | None, framed: Callable[[Array], Norm]) -> Norm | None:
+    """Return a norm in whose own coordinates what lies beyond the corners is bounded; None as `_norm` does."""
+    own = first_norm(replace(family, shares={}))
+    if own is None:
+        return None
+    norms = [] if start is None else [_followed(framed(start.transform), framed)]
+    if not (norms and norms[0].contracts()):
+        norms.append(_followed(framed(own.improved().transform), framed))
+    return min(norms, key=lambda norm: norm.worst() + bound_of(norm.rest))
+
+
+def _followed(norm: Norm, framed: Callable[[Array], Norm]) -> Norm:
+    """Return a norm that contracts, or one with more room, of some that each begin in the coordinates of the last."""
+    for _ in range(_ROUNDS):
+        if norm.contracts() or bound_of(norm.rest) > _HOPELESS * (1.0 - norm.worst()) > 0.0:
+            break
+        norm = framed(norm.improved().of_states)
+    return norm
 
 
 def _weights(norm: Norm, box: Sides) -> list[float]:

@@ -16,7 +16,8 @@ import pytest
 from proofmass.runner.derivatives.dual import Dual
 from proofmass.runner.design.proof import closed_loop
 from proofmass.runner.design.proof.ball_ticks import FIRST, SECOND
-from proofmass.runner.design.proof.closed_loop import GAIN, PHASE, Factor, Jet
+from proofmass.runner.design.proof.closed_loop import Jet
+from proofmass.runner.design.proof.wire_factors import GAIN, PHASE, Factor
 
 MIDDLE = (0.25, -0.5)  # of the coordinates
 ORDER, VALUES = 2, 2

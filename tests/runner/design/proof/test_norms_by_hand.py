@@ -9,16 +9,7 @@ import pytest
 
 from proofmass.runner.derivatives.ball import Ball, UndecidedError
 from proofmass.runner.design.proof import contraction
-from proofmass.runner.design.proof.closed_loop import (
-    GAIN,
-    PHASE,
-    Disc,
-    Family,
-    OpenCorners,
-    closed_loops,
-    through,
-    with_disk,
-)
+from proofmass.runner.design.proof.closed_loop import Disc, Family, OpenCorners, closed_loops, through, with_disk
 from proofmass.runner.design.proof.contraction import (
     Norm,
     bound_of,
@@ -30,6 +21,7 @@ from proofmass.runner.design.proof.contraction import (
 )
 from proofmass.runner.design.proof.enclosed import UNIT, Enclosed
 from proofmass.runner.design.proof.half_plane import HalfPlane
+from proofmass.runner.design.proof.wire_factors import GAIN, PHASE
 
 
 def exact(*matrices: Any) -> Enclosed:
@@ -129,7 +121,7 @@ def opened(a: Any, b: Any, c: Any, d: Any) -> OpenCorners:
     """One corner, and no derivatives."""
     matrix = np.block([[np.array(a), np.array(b)], [np.array(c), np.array(d)]])
     jets = tuple({(): flint.arb_mat(np.array(part).tolist())} if np.any(part) else {} for part in (a, b, c, d))
-    return OpenCorners(len(a), len(d), exact(matrix), (jets,), None, ())  # type: ignore[arg-type]
+    return OpenCorners(len(a), len(d), exact(matrix), lambda: (jets,), None, ())  # type: ignore[arg-type]
 
 
 TWO = opened([[0.5]], [[2.0, 3.0]], [[5.0], [7.0]], [[0.0, 0.0], [11.0, 0.0]])

@@ -1,0 +1,117 @@
+"""Polynomials of coordinates in balls, against exact fractions and functions of mpmath at random places."""
+
+import math
+import random
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import flint
+import mpmath
+import pytest
+import scipy.linalg
+
+from proofmass.runner.derivatives.ball import Ball, UndecidedError, ball
+from proofmass.runner.derivatives.dual_functions import for_duals
+from proofmass.runner.derivatives.dual_plan import dual_hold
+from proofmass.runner.derivatives.polynomial import Polynomial, product
+
+X, Y = Polynomial.coordinate(1.0, 1.5, 0), Polynomial.coordinate(-3.0, -2.0, 1)
+
+
+def at(value: Any, d: list[Fraction]) -> Any:
+    """All that a number may be at a place, each coordinate from -1 to 1."""
+    terms = value.terms if isinstance(value, Polynomial) else {(): value.arb}
+    total = flint.arb(0)
+    for key, term in terms.items():
+        total += term * math.prod(flint.arb(d[i].numerator) / d[i].denominator for i in key)
+    return total
+
+
+def places(seed: int) -> list[list[Fraction]]:
+    draw = random.Random(seed)
+    return [[Fraction(draw.randint(-64, 64), 64) for _ in range(2)] for _ in range(6)]
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        lambda x, y: x * y - 3 + y * y * y,
+        lambda x, y: (x - y) ** 3 * (x + 1) ** 4,  # beyond the order that is kept
+        lambda x, y: (2 - x) / (y * y + x) - 1 / x,
+        lambda x, y: abs(y) * abs(x) + x**0,
+        lambda x, y: 1 / (x + 3 * y) ** 2 - (-x) ** -3,
+    ],
+)
+def test_arithmetic_holds_the_exact_value(function: Callable[[Any, Any], Any]) -> None:
+    found = function(X, Y)
+    for d in places(1):
+        exact = function(Fraction(5, 4) + d[0] / 4, Fraction(-5, 2) + d[1] / 2)
+        assert at(found, d).contains(flint.arb(exact.numerator) / exact.denominator)
+
+
+def test_what_cancels_is_nothing() -> None:
+    """A ball less itself is twice as wide, a polynomial is zero."""
+    low, high = (X * Y - Y * X).ends()
+    assert -1e-13 < low <= 0.0 <= high < 1e-13
+    assert X > 0
+    assert Y * Y > X
+    with pytest.raises(UndecidedError, match="comparison"):
+        bool(X + Y / 2 > 0)
+
+
+def oscillation(x: float, y: float) -> float:
+    return math.sin(x * y) * math.exp(-x) / math.sqrt(-y) + math.log(x) * math.cbrt(x)
+
+
+def test_functions_hold_their_values() -> None:
+    found = for_duals(oscillation)(X, Y)
+    for d in places(2):
+        x, y = (
+            mpmath.mpf(part.numerator) / part.denominator
+            for part in (Fraction(5, 4) + d[0] / 4, Fraction(-5, 2) + d[1] / 2)
+        )
+        exact: Any = mpmath.sin(x * y) * mpmath.exp(-x) / mpmath.sqrt(-y) + mpmath.log(x) * mpmath.cbrt(x)
+        assert at(found, d).contains(flint.arb(str(exact)))
+    wide = for_duals(oscillation)(ball(1.0, 1.5), ball(-3.0, -2.0))
+    assert at(found, [Fraction(0)] * 2).rad() < wide.arb.rad() / 2
+
+
+def test_the_step_of_a_light_mode() -> None:
+    """600 Hz within 1 %: known to a part in 1e8 at each place, where a ball has the whole range of phases."""
+    stiffness, damping = Polynomial.coordinate(7.0e6, 7.2e6, 0), Polynomial.coordinate(1.5, 6.0, 1)
+    rows: Any = [[0.0, 1.0], [stiffness * -2.0, damping * -2.0]]
+    moved, entered = dual_hold(rows, [[0.0], [2.0]], 5e-4)
+    for d in places(3):
+        k, c = float(7.1e6 + 1e5 * d[0]), float(3.75 + 2.25 * d[1])
+        exact = scipy.linalg.expm([[0.0, 5e-4, 0.0], [-1e-3 * k, -1e-3 * c, 1e-3], [0.0, 0.0, 0.0]])
+        for i, (row, entry) in enumerate(zip(moved, entered, strict=True)):
+            values = [at(value, d) for value in (*row, *entry)]
+            unit = 3770.0**i  # rad/s
+            assert [float(value.mid()) for value in values] == pytest.approx(exact[i].tolist(), abs=1e-9 * unit)
+            assert all(float(value.rad()) < 1e-8 * unit for value in values)
+
+
+def test_matrices_multiply_as_numbers_do() -> None:
+    left = {(): flint.arb_mat([[1, 2], [3, 4]]), (0,): flint.arb_mat([[0, 1], [0, 0]])}
+    right = {(0, 0, 0): flint.arb_mat([[1, 0], [0, 1]]), (0, 0, 0, 1): flint.arb_mat([[2, 0], [0, 0]])}
+    found = product(left, right)
+    assert found[0, 0, 0].tolist() == left[()].tolist()
+    assert found[0, 0, 0, 0].tolist() == left[(0,)].tolist()
+    assert found[0, 0, 0, 1].tolist() == flint.arb_mat([[2, 0], [6, 0]]).tolist()
+    assert [[float(value.rad()) for value in row] for row in found[()].tolist()] == [[0.0, 0.0], [0.0, 0.0]]
+    beyond = product(left, {(1, 1, 1, 1): flint.arb_mat([[0, 0], [2, 3]])})
+    assert float(beyond[()][0, 1].rad()) == pytest.approx(3.0)  # |d_0 d_1^4| is at most 1
+
+
+def test_what_has_no_bounds_is_refused() -> None:
+    with pytest.raises(UndecidedError, match="may be zero"):
+        1 / (X + Y / 2)
+    with pytest.raises(UndecidedError, match="without bounds"):
+        dual_hold([[X * 1e9]], [[0.0]], 1.0)
+    with pytest.raises(UndecidedError, match="without bounds"):
+        _ = (X + Ball(flint.arb("nan"))).arb
+    with pytest.raises(TypeError, match="integer exponent"):
+        _ = X**0.5
+    assert isinstance(abs(X + Y / 2), Ball)
+    assert Polynomial.coordinate(2.0, 2.0, 0).ends()[0] == pytest.approx(2.0)
