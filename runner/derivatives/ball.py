@@ -214,6 +214,12 @@ _OF_ONE |= {
     elementary.sine_of_turns: lambda x: (2 * x).sin_pi(),
     elementary.cosine_of_turns: lambda x: (2 * x).cos_pi(),
 }
+_WIDE = 2.0**-10  # radius from which a function of both ends is narrower than one of the middle, with its slope
+_MONOTONE = frozenset(
+    function
+    for name in ("exp", "expm1", "log", "log1p", "asin", "acos", "atan", "sinh", "tanh", "asinh", "erf", "erfc", "sqrt")
+    for function in _METHODS[name]
+)
 _OF_TWO: dict[Any, Callable[[Any, Any], Any]] = {
     math.atan2: flint.arb.atan2,
     elementary.arctangent2: flint.arb.atan2,
@@ -229,7 +235,10 @@ def of_balls(function: Callable[..., Any], *numbers: Any) -> Any:
     known = _OF_ONE if len(numbers) == 1 else _OF_TWO
     if function not in known:
         raise UndecidedError(f"{function.__name__} has no ball")
-    value = known[function](*map(arb_of, numbers))
+    arbs = [*map(arb_of, numbers)]
+    value = known[function](*arbs)
+    if function in _MONOTONE and arbs[0].rad() > _WIDE:
+        value = known[function](arbs[0].lower()).union(known[function](arbs[0].upper()))
     if not value.is_finite():
         raise UndecidedError(f"{function.__name__} of numbers that it has no value for")
     return Ball(value).widened()

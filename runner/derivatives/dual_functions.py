@@ -15,7 +15,7 @@ from proofmass.blocks.arithmetic import elementary, rounding
 from proofmass.runner.derivatives.ball import Ball, of_balls
 from proofmass.runner.derivatives.dual import SIGNALS, UNDEFINED, Dual, chained, plain, slopes_of, value_of, with_plain
 from proofmass.runner.derivatives.polynomial import Polynomial
-from proofmass.runner.derivatives.slopes import SLOPES_OF_ONE, SLOPES_OF_TWO
+from proofmass.runner.derivatives.slopes import SLOPES_OF_ONE, SLOPES_OF_TWO, WIDE_SLOPES
 
 dual_math: Any = types.SimpleNamespace(**vars(math))  # stands in for `math`; filled below
 
@@ -118,8 +118,10 @@ def _names(code: types.CodeType) -> set[str]:
     return {*code.co_names}.union(*inner)
 
 
-def _of_one(function: Callable[[float], Any], slope: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """A function of one number, with its derivative by the chain rule."""
+def _of_one(
+    function: Callable[[float], Any], slope: Callable[[Any], Any], wide: Callable[[Any], Any] | None = None
+) -> Callable[[Any], Any]:
+    """A function of one number, with its derivative by the chain rule: of balls it may have a form of its own."""
 
     def apply(x: Any) -> Any:
         if isinstance(x, Polynomial):
@@ -128,7 +130,8 @@ def _of_one(function: Callable[[float], Any], slope: Callable[[Any], Any]) -> Ca
             return of_balls(function, x) if isinstance(x, Ball) else function(x)
         value = apply(x.value)
         try:
-            return chained(x.level, value, (_enclosing(slope(x.value)), x.slopes))
+            by_x = wide(x.value) if wide and isinstance(plain(x.value), Ball) else slope(x.value)
+            return chained(x.level, value, (_enclosing(by_x), x.slopes))
         except (ZeroDivisionError, ValueError):  # as for the square root at 0, which has a value and no slope
             return chained(x.level, value, (UNDEFINED, x.slopes))
 
@@ -313,6 +316,9 @@ _OURS: dict[Any, Callable[..., Any]] = {
 _REPLACED: dict[Any, Callable[..., Any]] = _OURS | {
     getattr(math, name): getattr(dual_math, name) for name in (*_WHOLE, *_REST)
 }
-_REPLACED |= {function: _of_one(function, _itself(slope)) for function, slope in SLOPES_OF_ONE.items()}
+_REPLACED |= {
+    function: _of_one(function, _itself(slope), _itself(WIDE_SLOPES[function]))
+    for function, slope in SLOPES_OF_ONE.items()
+}
 _REPLACED |= {function: _of_two(function, _itself(slopes)) for function, slopes in SLOPES_OF_TWO.items()}
 vars(dual_math).update({name: _REPLACED[f] for name, f in vars(math).items() if callable(f) and f in SLOPES_OF_ONE})

@@ -15,7 +15,7 @@ import flint
 
 from proofmass.runner.continuous.exact_hold import balance
 from proofmass.runner.derivatives.ball import LAST_PLACES, Ball, UndecidedError, arb_of
-from proofmass.runner.derivatives.dual import dual, plain, slopes_of, value_of
+from proofmass.runner.derivatives.dual import dual, plain, slopes_of
 
 ORDER = 4  # of the terms that are kept
 Key = tuple[int, ...]  # numbers of the coordinates in a product, in ascending order
@@ -115,9 +115,13 @@ class Polynomial(Ball):
     def __rsub__(self, other: Any) -> Any:
         return -self + other
 
-    def _times(self, other: Any) -> Any:  # type: ignore[override]
+    def __mul__(self, other: Any) -> Any:
         terms = _terms_of(other)
+        if isinstance(other, int | float) and other == 0.0:
+            return 0.0
         return NotImplemented if terms is None else Polynomial(product(self.terms, terms))
+
+    __rmul__ = __mul__
 
     def __truediv__(self, other: Any) -> Any:
         return self * (1 / other if isinstance(other, Polynomial) else Ball(1 / arb_of(other)))
@@ -152,12 +156,25 @@ class Polynomial(Ball):
         return self.terms.get((), flint.arb(0)), Polynomial({key: term for key, term in self.terms.items() if key})
 
     def through(self, function: Callable[[Any], Any]) -> Any:
-        """Return a function of it, by two derivatives: `function` takes dual numbers."""
+        """Return a function of it, by its series about the middle: `function` takes dual numbers."""
         middle, apart = self._parted()
-        there = function(dual(Ball(middle), {0: 1.0}))
-        everywhere = function(dual(dual(Ball(self.arb), {0: 1.0}), {0: 1.0}, 1))
-        bend = plain(slopes_of(slopes_of(everywhere, 1).get(0, 0.0)).get(0, 0.0))
-        return apart * apart * (bend * 0.5) + apart * slopes_of(there).get(0, 0.0) + value_of(there)
+        series = _derivatives(function, Ball(middle))[:-1] + _derivatives(function, Ball(self.arb))[-1:]
+        total: Any = 0.0
+        for order in range(ORDER, -1, -1):  # each derivative times apart^order / order!, the last of all that it may be
+            total = total * apart * Ball(flint.arb(1) / (order + 1)) + series[order]
+        return total
+
+
+def _derivatives(function: Callable[[Any], Any], at: Ball) -> list[Any]:
+    """Return a function of a number and its derivatives up to `ORDER`."""
+    seeded: Any = at
+    for level in range(ORDER):
+        seeded = dual(seeded, {0: 1.0}, level)
+    value, found = function(seeded), []
+    for level in range(ORDER - 1, -1, -1):
+        found.append(plain(value))
+        value = slopes_of(value, level).get(0, 0.0)
+    return [*found, plain(value)]
 
 
 def _terms_of(number: Any) -> Terms | None:

@@ -181,6 +181,7 @@ SLOPES_OF_ONE: dict[Any, SlopeOfOne] = {
     elementary.hyperbolic_cosine: elementary.hyperbolic_sine,
     elementary.hyperbolic_tangent: _hyperbolic_tangent,
 }
+WIDE_SLOPES = SLOPES_OF_ONE | {elementary.hyperbolic_tangent: _tanh}  # of intervals: 1 / cosh^2 may have no bound there
 SLOPES_OF_TWO: dict[Any, Callable[[float, float], tuple[float, float]]] = {
     elementary.arctangent2: _arctangent2,
     elementary.power: _power,

@@ -54,6 +54,8 @@ def test_what_cancels_is_nothing() -> None:
     """A ball less itself is twice as wide, a polynomial is zero."""
     low, high = (X * Y - Y * X).ends()
     assert -1e-13 < low <= 0.0 <= high < 1e-13
+    exact = Ball(flint.arb(3))
+    assert all(isinstance(value, Polynomial) for value in (exact * X, exact + X, exact - X, exact / X, X * exact))
     assert X > 0
     assert Y * Y > X
     with pytest.raises(UndecidedError, match="comparison"):
