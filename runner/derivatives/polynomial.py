@@ -71,10 +71,11 @@ class Polynomial(Ball):
     True
     """
 
-    __slots__ = ("terms",)
+    __slots__ = ("functions", "terms")
 
     def __init__(self, terms: Terms) -> None:
         self.terms = terms
+        self.functions: dict[Any, Any] = {}  # of it, that were asked for: a slope asks for the value again
 
     @classmethod
     def coordinate(cls, low: float, high: float, number: int) -> Any:
@@ -157,6 +158,11 @@ class Polynomial(Ball):
 
     def through(self, function: Callable[[Any], Any]) -> Any:
         """Return a function of it, by its series about the middle: `function` takes dual numbers."""
+        if function not in self.functions:
+            self.functions[function] = self._series(function)
+        return self.functions[function]
+
+    def _series(self, function: Callable[[Any], Any]) -> Any:
         middle, apart = self._parted()
         series = _derivatives(function, Ball(middle))[:-1] + _derivatives(function, Ball(self.arb))[-1:]
         total: Any = 0.0

@@ -123,6 +123,24 @@ def test_a_block_that_compares_is_undecided_and_one_that_need_not_is_not() -> No
         for_duals(limited)(ball(0.5, 1.5))
 
 
+@pytest.mark.parametrize(
+    "name", ["exp", "expm1", "log", "log1p", "atan", "sinh", "tanh", "asinh", "erf", "erfc", "sqrt"]
+)
+def test_a_function_that_rises_or_falls_has_the_range_of_its_ends(name: str) -> None:
+    """Arb's own is wider: tanh of 1 to 9 may be 2."""
+    ends = of_balls(getattr(math, name), ball(1.0, 9.0)).ends()
+    exact = sorted(float(getattr(mpmath, name)(end)) for end in (1, 9))
+    assert ends == pytest.approx(exact, rel=0.0, abs=4e-8 * max(map(abs, exact)))
+
+
+def test_the_slope_of_a_saturation_has_a_bound_of_all_its_arguments() -> None:
+    """1 - tanh^2, where 1 / cosh^2 of a wide ball has none."""
+    saturates: Any = for_duals(elementary.hyperbolic_tangent)
+    found = slopes_of(saturates(dual(ball(-1.0, 7.0), {0: 1.0})))[0].ends()
+    assert -1.0 < found[0] <= 1.0 - math.tanh(7.0) ** 2
+    assert 1.0 <= found[1] < 2.0
+
+
 def test_slopes_of_balls_hold_the_slopes_of_all_numbers() -> None:
     def bent(x: Any) -> Any:
         return dual_math.sin(x * x) / (1.0 + dual_math.exp(-x))
