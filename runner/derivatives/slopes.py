@@ -60,7 +60,8 @@ def _atan(x: float) -> float:
 
 
 def _tanh(x: float) -> float:
-    return 1.0 - math.tanh(x) * math.tanh(x)
+    value = math.tanh(x)
+    return 1.0 - value * value
 
 
 def _asinh(x: float) -> float:
