@@ -238,7 +238,7 @@ def of_balls(function: Callable[..., Any], *numbers: Any) -> Any:
     arbs = [*map(arb_of, numbers)]
     value = known[function](*arbs)
     if function in _MONOTONE and arbs[0].rad() > _WIDE:
-        value = known[function](arbs[0].lower()).union(known[function](arbs[0].upper()))
+        value = _OF_ONE[function](arbs[0].lower()).union(_OF_ONE[function](arbs[0].upper()))
     if not value.is_finite():
         raise UndecidedError(f"{function.__name__} of numbers that it has no value for")
     return Ball(value).widened()

@@ -14,7 +14,7 @@ from typing import Any
 from proofmass.blocks.arithmetic import elementary, rounding
 from proofmass.runner.derivatives.ball import Ball, of_balls
 from proofmass.runner.derivatives.dual import SIGNALS, UNDEFINED, Dual, chained, plain, slopes_of, value_of, with_plain
-from proofmass.runner.derivatives.polynomial import Polynomial
+from proofmass.runner.derivatives.polynomial import PolynomialBall
 from proofmass.runner.derivatives.slopes import SLOPES_OF_ONE, SLOPES_OF_TWO, WIDE_SLOPES
 
 dual_math: Any = types.SimpleNamespace(**vars(math))  # stands in for `math`; filled below
@@ -124,7 +124,7 @@ def _of_one(
     """A function of one number, with its derivative by the chain rule: of balls it may have a form of its own."""
 
     def apply(x: Any) -> Any:
-        if isinstance(x, Polynomial):
+        if isinstance(x, PolynomialBall):
             return x.through(apply)
         if not isinstance(x, Dual):
             return of_balls(function, x) if isinstance(x, Ball) else function(x)
@@ -187,7 +187,7 @@ def _converting(kind: Callable[..., Any]) -> Callable[..., Any]:
 
     def convert(x: Any = 0, *more: Any) -> Any:
         real = kind is float and isinstance(x, Ball)
-        return x if real or isinstance(x, Dual | Polynomial) else kind(x, *more)
+        return x if real or isinstance(x, Dual | PolynomialBall) else kind(x, *more)
 
     return convert
 
@@ -279,7 +279,7 @@ def _rounding(rule: Callable[[Any], Any]) -> Callable[[Any], Any]:
     def rounded(value: Any) -> Any:
         if _stands(value):
             return with_plain(value, rule(plain(value)))
-        return value if isinstance(value, Dual | Polynomial) else _counted(rule, value)
+        return value if isinstance(value, Dual | PolynomialBall) else _counted(rule, value)
 
     return rounded
 
@@ -289,7 +289,7 @@ _clip: Callable[..., Any] = rounding.clip  # of numbers with slopes
 
 def _choosing(rule: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
     def chosen(value: Any, last: Any) -> Any:
-        if not isinstance(value, Dual | Polynomial):
+        if not isinstance(value, Dual | PolynomialBall):
             return rule(round(value) if isinstance(value, Ball) else value, last)
         inside = _clip(value, 0.0, last)
         return with_plain(inside, float(rule(plain(value), plain(last)))) if _stands(value) else inside

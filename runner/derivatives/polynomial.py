@@ -63,10 +63,10 @@ def size_of(term: Any) -> Any:
     return flint.arb_mat([[value.abs_upper() for value in row] for row in term.tolist()])
 
 
-class Polynomial(Ball):
+class PolynomialBall(Ball):
     """A number that follows coordinates.
 
-    >>> x = Polynomial.coordinate(1.0, 2.0, 0)
+    >>> x = PolynomialBall.coordinate(1.0, 2.0, 0)
     >>> (x * x - x * x).ends()[1] < 1e-25
     True
     """
@@ -84,7 +84,7 @@ class Polynomial(Ball):
         return cls({(): middle, (number,): half}) if low < high else Ball(middle)
 
     @property
-    def arb(self) -> Any:  # type: ignore[override]
+    def arb(self) -> Any:
         """All that it may be, as one of Arb's."""
         total = flint.arb(0)
         for key, term in self.terms.items():
@@ -95,20 +95,20 @@ class Polynomial(Ball):
         return total
 
     def __repr__(self) -> str:
-        return f"Polynomial({ {key: Ball(term) for key, term in self.terms.items()} })"
+        return f"PolynomialBall({ {key: Ball(term) for key, term in self.terms.items()} })"
 
-    def widened(self) -> "Polynomial":
+    def widened(self) -> "PolynomialBall":
         """Return the number with the last places of each value as a further radius."""
-        return Polynomial({key: term * flint.arb(1, LAST_PLACES) for key, term in self.terms.items()})
+        return PolynomialBall({key: term * flint.arb(1, LAST_PLACES) for key, term in self.terms.items()})
 
     def __add__(self, other: Any) -> Any:
         terms = _terms_of(other)
-        return NotImplemented if terms is None else Polynomial(added(self.terms, terms))
+        return NotImplemented if terms is None else PolynomialBall(added(self.terms, terms))
 
     __radd__ = __add__
 
-    def __neg__(self) -> "Polynomial":
-        return Polynomial({key: -term for key, term in self.terms.items()})
+    def __neg__(self) -> "PolynomialBall":
+        return PolynomialBall({key: -term for key, term in self.terms.items()})
 
     def __sub__(self, other: Any) -> Any:
         return self + -other
@@ -120,12 +120,12 @@ class Polynomial(Ball):
         terms = _terms_of(other)
         if isinstance(other, int | float) and other == 0.0:
             return 0.0
-        return NotImplemented if terms is None else Polynomial(product(self.terms, terms))
+        return NotImplemented if terms is None else PolynomialBall(product(self.terms, terms))
 
     __rmul__ = __mul__
 
     def __truediv__(self, other: Any) -> Any:
-        return self * (1 / other if isinstance(other, Polynomial) else Ball(1 / arb_of(other)))
+        return self * (1 / other if isinstance(other, PolynomialBall) else Ball(1 / arb_of(other)))
 
     def __rtruediv__(self, other: Any) -> Any:
         """Return a number divided by this one, by the geometric series."""
@@ -134,7 +134,7 @@ class Polynomial(Ball):
         if not size < 1:
             raise UndecidedError("a number that may be zero, or is far from its middle")
         ratio = apart * Ball(-1 / middle)
-        total = power = Polynomial({(): flint.arb(1)})
+        total = power = PolynomialBall({(): flint.arb(1)})
         for _ in range(ORDER):
             power = power * ratio
             total = total + power
@@ -146,15 +146,15 @@ class Polynomial(Ball):
             raise TypeError("a power of a polynomial needs an integer exponent")
         if exponent < 0:
             return 1 / self**-exponent
-        return math.prod([self] * exponent, start=Polynomial({(): flint.arb(1)}))
+        return math.prod([self] * exponent, start=PolynomialBall({(): flint.arb(1)}))
 
     def __abs__(self) -> Any:
         value = self.arb
         return self if value >= 0 else -self if value <= 0 else Ball(abs(value))
 
-    def _parted(self) -> tuple[Any, "Polynomial"]:
+    def _parted(self) -> tuple[Any, "PolynomialBall"]:
         """Return what does not follow the coordinates, and what does."""
-        return self.terms.get((), flint.arb(0)), Polynomial({key: term for key, term in self.terms.items() if key})
+        return self.terms.get((), flint.arb(0)), PolynomialBall({key: term for key, term in self.terms.items() if key})
 
     def through(self, function: Callable[[Any], Any]) -> Any:
         """Return a function of it, by its series about the middle: `function` takes dual numbers."""
@@ -185,7 +185,7 @@ def _derivatives(function: Callable[[Any], Any], at: Ball) -> list[Any]:
 
 def _terms_of(number: Any) -> Terms | None:
     """Return the terms of a number, None for what is none."""
-    if isinstance(number, Polynomial):
+    if isinstance(number, PolynomialBall):
         return number.terms
     return {(): arb_of(number)} if isinstance(number, int | float | Ball) else None
 
@@ -207,7 +207,7 @@ def matrix_terms(rows: Sequence[Sequence[Any]]) -> Terms:
     height, width = len(rows), len(rows[0]) if rows else 0
     entries: dict[Key, list[Any]] = {}
     for place, value in enumerate(value for row in rows for value in row):
-        for key, term in (value.terms if isinstance(value, Polynomial) else {(): arb_of(value)}).items():
+        for key, term in (value.terms if isinstance(value, PolynomialBall) else {(): arb_of(value)}).items():
             if not term.is_zero():
                 entries.setdefault(key, [flint.arb(0)] * (height * width))[place] = term
     return {key: flint.arb_mat(height, width, values) for key, values in entries.items()}
@@ -256,4 +256,4 @@ def _unit(size: int) -> Any:
 
 def _entry(terms: Terms, scale: float) -> Any:
     moved = {key: term * scale for key, term in terms.items() if not term.is_zero()}
-    return Polynomial(moved) if any(moved) else Ball(moved.get((), flint.arb(0)))
+    return PolynomialBall(moved) if any(moved) else Ball(moved.get((), flint.arb(0)))

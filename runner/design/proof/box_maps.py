@@ -12,7 +12,7 @@ import numpy as np
 
 from proofmass.runner.derivatives.ball import ball
 from proofmass.runner.derivatives.dual import plain
-from proofmass.runner.derivatives.polynomial import Polynomial
+from proofmass.runner.derivatives.polynomial import PolynomialBall
 from proofmass.runner.design.proof.ball_map import BallMap, Kept, Starting
 from proofmass.runner.design.proof.ball_ticks import coordinate
 from proofmass.runner.design.proof.claim import Claim
@@ -83,9 +83,9 @@ class BoxMaps:
     def _ticks(self, sides: Sides, interpolated: Sequence[int], kept: Kept) -> ClosedTicks:
         """Return the ticks over a box; coordinates that are not interpolated are at the corners' middle in double."""
         values = [
-            Polynomial.coordinate(*side, i)
+            PolynomialBall.coordinate(*side, i)
             if i in interpolated
-            else Polynomial({(): flint.arb(middle_of(*side)), (i,): flint.arb(half)})
+            else PolynomialBall({(): flint.arb(middle_of(*side)), (i,): flint.arb(half)})
             for i, (side, half) in enumerate(zip(sides, widths_of(sides), strict=True))
         ]
         return ClosedTicks(self._loop.ticks(self._parameters(values), kept))

@@ -41,7 +41,7 @@ import numpy as np
 
 from proofmass.runner.derivatives.ball import UndecidedError, arb_of
 from proofmass.runner.derivatives.dual import plain, slopes_of
-from proofmass.runner.derivatives.polynomial import Terms, repeated
+from proofmass.runner.derivatives.polynomial import Key, Terms, repeated
 from proofmass.runner.design.proof.ball_map import BallMap, MatrixRows
 from proofmass.runner.design.proof.ball_ticks import FIRST, SECOND
 from proofmass.runner.design.proof.enclosed import UP, Enclosed, RestPoint, quarters
@@ -49,7 +49,6 @@ from proofmass.runner.design.proof.tick_products import TickProducts
 from proofmass.runner.design.proof.wire_factors import Factor
 from proofmass.runner.host.arrays import Array
 
-Key = tuple[int, ...]  # numbers of the coordinates of a derivative, in ascending order
 Jet = Mapping[Key, Any]  # a matrix of Arb's and its derivatives up to the second, without those that are zero
 Jets = tuple[Jet, Jet, Jet, Jet]  # of A, B, C and D
 
@@ -115,7 +114,7 @@ class OpenCorners:
 
     @property
     def proving(self) -> "OpenCorners":
-        """What proves: no more has to travel and to be kept."""
+        """The loop with what proves alone: no more has to travel and to be kept."""
         return replace(self, around=None, ticks=None, rest=None if self.rest is None else replace(self.rest))
 
 

@@ -247,11 +247,12 @@ def in_frame(transform: Array, family: Callable[[Array], Family], parts: int) ->
     if parts > 1:
         both = transform @ transform.T
         try:
-            frame = np.linalg.cholesky(sum(both[i : i + n, i : i + n] for i in range(0, parts * n, n)))
+            own = sum(both[i : i + n, i : i + n] for i in range(0, parts * n, n))
+            frame = np.asarray(np.linalg.cholesky(own), dtype=np.float64)
         except np.linalg.LinAlgError:
             raise UndecidedError("coordinates that are not independent") from None
-    own = np.eye(n) if parts == 1 else np.linalg.solve(np.kron(np.eye(parts), frame), transform)
-    return Norm(own, family(frame))
+    rest = np.eye(n) if parts == 1 else np.linalg.solve(np.kron(np.eye(parts), frame), transform)
+    return Norm(rest, family(frame))
 
 
 def radius_of(family: Family) -> float:

@@ -14,14 +14,14 @@ import scipy.linalg
 from proofmass.runner.derivatives.ball import Ball, UndecidedError, ball
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.derivatives.dual_plan import dual_hold
-from proofmass.runner.derivatives.polynomial import Polynomial, product
+from proofmass.runner.derivatives.polynomial import PolynomialBall, product
 
-X, Y = Polynomial.coordinate(1.0, 1.5, 0), Polynomial.coordinate(-3.0, -2.0, 1)
+X, Y = PolynomialBall.coordinate(1.0, 1.5, 0), PolynomialBall.coordinate(-3.0, -2.0, 1)
 
 
 def at(value: Any, d: list[Fraction]) -> Any:
     """All that a number may be at a place, each coordinate from -1 to 1."""
-    terms = value.terms if isinstance(value, Polynomial) else {(): value.arb}
+    terms = value.terms if isinstance(value, PolynomialBall) else {(): value.arb}
     total = flint.arb(0)
     for key, term in terms.items():
         total += term * math.prod(flint.arb(d[i].numerator) / d[i].denominator for i in key)
@@ -55,7 +55,7 @@ def test_what_cancels_is_nothing() -> None:
     low, high = (X * Y - Y * X).ends()
     assert -1e-13 < low <= 0.0 <= high < 1e-13
     exact = Ball(flint.arb(3))
-    assert all(isinstance(value, Polynomial) for value in (exact * X, exact + X, exact - X, exact / X, X * exact))
+    assert all(isinstance(value, PolynomialBall) for value in (exact * X, exact + X, exact - X, exact / X, X * exact))
     assert X > 0
     assert Y * Y > X
     with pytest.raises(UndecidedError, match="comparison"):
@@ -81,7 +81,7 @@ def test_functions_hold_their_values() -> None:
 
 def test_the_step_of_a_light_mode() -> None:
     """600 Hz within 1 %: known to a part in 1e8 at each place, where a ball has the whole range of phases."""
-    stiffness, damping = Polynomial.coordinate(7.0e6, 7.2e6, 0), Polynomial.coordinate(1.5, 6.0, 1)
+    stiffness, damping = PolynomialBall.coordinate(7.0e6, 7.2e6, 0), PolynomialBall.coordinate(1.5, 6.0, 1)
     rows: Any = [[0.0, 1.0], [stiffness * -2.0, damping * -2.0]]
     moved, entered = dual_hold(rows, [[0.0], [2.0]], 5e-4)
     for d in places(3):
@@ -116,4 +116,4 @@ def test_what_has_no_bounds_is_refused() -> None:
     with pytest.raises(TypeError, match="integer exponent"):
         _ = X**0.5
     assert isinstance(abs(X + Y / 2), Ball)
-    assert Polynomial.coordinate(2.0, 2.0, 0).ends()[0] == pytest.approx(2.0)
+    assert PolynomialBall.coordinate(2.0, 2.0, 0).ends()[0] == pytest.approx(2.0)
