@@ -195,7 +195,7 @@ def test_a_box_that_ends_at_the_border_is_proved_where_all_of_it_is_stable(off: 
         assert proof.status == "refuted"
 
 
-@pytest.mark.parametrize("off", chosen((0.05, -1e-9), [1e-9, 1e-3, -1e-3, 1e-12, -1e-12, 1e-15, -1e-15]))
+@pytest.mark.parametrize("off", chosen((-1e-9,), [0.05, 1e-9, 1e-3, -1e-3, 1e-12, -1e-12, 1e-15, -1e-15]))
 def test_a_loop_of_second_order_is_stable_with_any_damping_above_zero(off: float) -> None:
     """s^2 + p2 s + p1: without the integrator of p0, stable where p2 > 0."""
     text = CHAIN.replace('"i2.output -> i1.input", "i1.output -> p0.input", ', '"i2.output -> p0.input", ')
