@@ -255,8 +255,11 @@ class Loop:
         return min(delays)
 
     def disk_margin(self, values: Values) -> float:
-        """Return 2 / max |(1 - L) / (1 + L)| of a stable loop."""
-        gain = self.gain(values, np.geomspace(1e-5, math.pi, 3000))
+        """Return 2 / max |(1 - L) / (1 + L)| of a stable loop, with peaks as narrow as its poles are near the circle."""
+        poles = np.linalg.eigvals(self.matrix(values))
+        near = np.angle(poles) + (1.0 - np.abs(poles)) * np.linspace(-3.0, 3.0, 121)[:, None]
+        w = np.concatenate([np.geomspace(1e-5, math.pi, 3000), near.ravel()])
+        gain = self.gain(values, w[(w >= 1e-5) & (w <= math.pi)])
         return 2.0 / float(np.max(np.abs((1.0 - gain) / (1.0 + gain))))
 
     def decay_rate(self, values: Values) -> float:
