@@ -255,7 +255,7 @@ class Loop:
         return min(delays)
 
     def disk_margin(self, values: Values) -> float:
-        """Return 2 / max |(1 - L) / (1 + L)| of a stable loop, with peaks as narrow as its poles are near the circle."""
+        """Return 2 / max |(1 - L) / (1 + L)| of a stable loop: peaks are as narrow as poles near the circle."""
         poles = np.linalg.eigvals(self.matrix(values))
         near = np.angle(poles) + (1.0 - np.abs(poles)) * np.linspace(-3.0, 3.0, 121)[:, None]
         w = np.concatenate([np.geomspace(1e-5, math.pi, 3000), near.ravel()])
