@@ -110,6 +110,7 @@ def test_other_claims_and_a_second_call_that_goes_on(loop: str, capsys: Captured
     assert "main, disk margin of at least 1: 1 box" in capsys.readouterr().out
 
 
+@pytest.mark.exhaustive
 def test_limits_and_bounds_of_a_scale_factor(loop: str, capsys: Captured) -> None:
     words = ["prove", loop, "--tolerance", "controller.gain=10 %", "--input", "wanted.output"]
     assert main([*words, "--scale-factor", "plant.output=0.99..1.01", "--out", "proof.json", "--quiet"]) == 0

@@ -75,7 +75,7 @@ def worst_of(number: int, values: int) -> float:
         return 0.0
 
 
-@pytest.mark.parametrize("number", [19, 24, 152])
+@pytest.mark.parametrize("number", [24, 152])
 def test_budgets_are_those_of_runs(number: int) -> None:
     assert worst_of(number, 1 << 15) < MOST
 

@@ -111,7 +111,7 @@ def test_a_mean_a_scale_factor_and_a_decay_rate_on_an_orbit(off: float) -> None:
     assert "bias of at most" in proofs_text(answers[0])
 
 
-@pytest.mark.exhaustive("pulses")
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("source", ["pulses", "a counter"])
 def test_pulses_and_counts_come_round_too(source: str) -> None:
     text = DEMODULATED.replace(SINE, 'kind = "Pulse"\nrepetition = "2 ms"')
@@ -127,7 +127,8 @@ def test_pulses_and_counts_come_round_too(source: str) -> None:
     assert status(found(graph, gain_margin=f"{in_decibels(LEAST) + 0.05} dB"))[1] == "refuted"
 
 
-@pytest.mark.parametrize("off", chosen([-0.05], [0.05]))
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("off", [-0.05, 0.05])
 def test_coefficients_are_those_of_each_sensor(off: float) -> None:
     """The reference of the demodulator is a buffer that no tick changes, and follows from the phase."""
     graph, within = read_graph_text(AVERAGED), {"demodulator.phase": [0.4, 0.6], "level.value": "5 %"}

@@ -346,6 +346,7 @@ def test_changes_are_slow_or_any() -> None:
         prove(GRAPH, tolerances={"gain.gain": "10 %"}, slow_change="1 %/s", any_change=True)
 
 
+@pytest.mark.exhaustive
 def test_the_command_takes_rates(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["prove", "library:closed_loop_accelerometer", "--tolerance", "torquer.gain=10 %"]
     assert main([*words, "--slow-change", "1 %/s"]) == 0

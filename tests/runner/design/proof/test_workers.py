@@ -119,6 +119,7 @@ def test_what_a_process_leaves_others_do(dying: str, alone: Proofs, tmp_path: Pa
     assert "lost_workers" not in alone.as_data()
 
 
+@pytest.mark.exhaustive
 def test_an_exception_in_a_process_is_met_here_in_its_turn(alone: Proofs, monkeypatch: Patch) -> None:
     def raises(box: Any) -> None:
         raise ZeroDivisionError
