@@ -70,7 +70,7 @@ def _start(leaf: Mapping[str, Any]) -> Start:
     if "frame" in leaf:  # the coordinates of the states that it is of
         frame = np.array(leaf["frame"], dtype=float)
         transform = np.kron(np.eye(len(transform) // len(frame)), frame) @ transform
-    return Start(transform, None if left is None else np.array(left, dtype=float))
+    return Start(np.asarray(transform, dtype=np.float64), None if left is None else np.array(left, dtype=float))
 
 
 def _sides(box: Sequence[Sequence[float]]) -> Sides:

@@ -252,7 +252,7 @@ def in_frame(transform: Array, family: Callable[[Array], Family], parts: int) ->
         except np.linalg.LinAlgError:
             raise UndecidedError("coordinates that are not independent") from None
     rest = np.eye(n) if parts == 1 else np.linalg.solve(np.kron(np.eye(parts), frame), transform)
-    return Norm(rest, family(frame))
+    return Norm(np.asarray(rest, dtype=np.float64), family(frame))
 
 
 def radius_of(family: Family) -> float:
