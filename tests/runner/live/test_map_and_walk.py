@@ -276,6 +276,7 @@ CHANGED = """(frames) => new Promise(resolve => {
 })"""
 
 
+@pytest.mark.exhaustive
 def test_a_drag_writes_only_what_changes(browser: Any, tmp_path: Path) -> None:
     graph = read_graph("library:closed_loop_accelerometer")
     write_run(simulate(graph, samples=2000, engine="python"), tmp_path, (), live=True)

@@ -244,7 +244,7 @@ def test_no_proof_and_no_refutation_is_false(seed: int) -> None:
 # -- several points of rest, converters, constants ---------------------------------------------------------------------
 
 
-@pytest.mark.exhaustive("-1.0")
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_of_several_points_of_rest_it_is_that_of_the_run(side: float) -> None:
     """A spring of -k / 10 beside k (x/d)^2: two wells, at the ends of which a small force decides."""

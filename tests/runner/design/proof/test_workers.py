@@ -198,6 +198,7 @@ def test_a_short_proof_starts_no_process(monkeypatch: Patch) -> None:
     assert prove(graph, tolerances={"torquer.gain": "10 %"}, workers=8).proved
 
 
+@pytest.mark.exhaustive
 def test_one_process_starts_no_other(monkeypatch: Patch) -> None:
     monkeypatch.setattr(search, "Forked", lambda *given: pytest.fail("a process beside one"))
     proofs(1)

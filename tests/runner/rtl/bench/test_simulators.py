@@ -69,6 +69,7 @@ def test_verilator_passes_what_agrees() -> None:
     assert play("verilator", machine, files_of(machine, vectors)).passed
 
 
+@pytest.mark.exhaustive("verilator")
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_a_simulator_fails_another_verilog(simulator: Simulator) -> None:
     present(simulator)

