@@ -41,7 +41,7 @@ import numpy as np
 
 from proofmass.runner.derivatives.ball import UndecidedError, arb_of
 from proofmass.runner.derivatives.dual import plain, slopes_of
-from proofmass.runner.derivatives.polynomial import Key, Terms, repeated
+from proofmass.runner.derivatives.polynomial import Key, Terms, added, repeated
 from proofmass.runner.design.proof.ball_map import BallMap, MatrixRows
 from proofmass.runner.design.proof.ball_ticks import FIRST, SECOND
 from proofmass.runner.design.proof.enclosed import UP, Enclosed, RestPoint, quarters
@@ -283,11 +283,11 @@ def _disk_jet(jets: Sequence[Jet], order: int, values: int, size: Any) -> Jet:
     power = e
     for _ in range(values - 1 if d else 0):
         power = product(d, power)
-        e = _sum(e, power)
+        e = added(e, power)
     b = product(b, e)
     scale: Jet = {(): size * unit}
-    below = product(scale, product(e, c)), product(scale, _sum(e, {(): unit * flint.arb(-0.5)}))
-    return joined([[_sum(a, product(b, c)), b], list(below)], (order, values))
+    below = product(scale, product(e, c)), product(scale, added(e, {(): unit * flint.arb(-0.5)}))
+    return joined([[added(a, product(b, c)), b], list(below)], (order, values))
 
 
 def _closed_at(of: OpenCorners, factor: Sequence[Sequence[Any]]) -> Enclosed:
@@ -308,8 +308,8 @@ def _closed_jet(jets: Sequence[Jet], values: int, factor: Factor, place: Any, la
     power = back = product(f, c)
     for _ in range(values - 1 if d else 0):
         power = product(f, product(d, power))
-        back = _sum(back, power)
-    return _sum(a, product(b, back))
+        back = added(back, power)
+    return added(a, product(b, back))
 
 
 def _jet(rows: MatrixRows) -> Jet:
@@ -343,13 +343,6 @@ def product(left: Jet, right: Jet) -> Jet:
                 term = u * v * (2 if one == other and one else 1)
                 total[key] = total[key] + term if key in total else term
     return total
-
-
-def _sum(left: Jet, right: Jet) -> Jet:
-    both = dict(left)
-    for key, matrix in right.items():
-        both[key] = both[key] + matrix if key in both else matrix
-    return both
 
 
 def joined(parts: Sequence[Sequence[Jet]], sizes: Sequence[int]) -> Jet:
