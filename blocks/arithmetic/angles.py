@@ -1,9 +1,10 @@
 """Angles less their whole quarter turns, as pairs.
 
-Up to 1.5e6 after Cody and Waite, Software Manual for the Elementary Functions (1980): pi / 2 in three parts of 33 bits,
-times whole numbers of 20, and a fourth part. Beyond, after Payne and Hanek, ACM SIGNUM Newsletter 18 (1983): the
-product with 2 / pi, of which whole periods are left out as they arise. No number but zero is nearer than 2^-62 to a
-multiple of pi / 2 (Muller, Elementary Functions, chapter 11); what is lost is below 2^-140.
+Up to 1.5e6 after Cody and Waite, Software Manual for the Elementary Functions (1980): pi / 2 in
+three parts of 33 bits, times whole numbers of 20, and a fourth part. Beyond, after Payne and Hanek,
+ACM SIGNUM Newsletter 18 (1983): the product with 2 / pi, of which whole periods are left out as
+they arise. No number but zero is nearer than 2^-62 to a multiple of pi / 2 (Muller, Elementary
+Functions, chapter 11); what is lost is below 2^-140.
 """
 
 from proofmass.blocks.arithmetic.pairs import exact_product, exact_sum, ordered_sum, pair_product

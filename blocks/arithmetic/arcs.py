@@ -1,8 +1,8 @@
 """Arctangents, arcsine and arccosine: all are the angle of a point in the first quarter, from a quotient of pairs.
 
-The smaller coordinate by the larger is q <= 1; atan q = atan c + atan((q - c) / (1 + c q)) for the c of 0, 1/2 and 1
-that leaves at most t = 0.236, and atan t = t + t^3 A(t^2), A the minimax polynomial of degree 8 (relative error 2^-65,
-benchmarks/elementary_fits.py).
+The smaller coordinate by the larger is q <= 1; atan q = atan c + atan((q - c) / (1 + c q)) for the
+c of 0, 1/2 and 1 that leaves at most t = 0.236, and atan t = t + t^3 A(t^2), A the minimax
+polynomial of degree 8 (relative error 2^-65, benchmarks/elementary_fits.py).
 """
 
 import math

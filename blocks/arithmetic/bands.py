@@ -1,8 +1,9 @@
 """Digital band-pass and band-stop filters of order 2 to 8 from an analog prototype of order 1 to 4.
 
-s becomes (s^2 + w0^2) / (b s), or one over that, with w0^2 = t1 t2, b = t2 - t1, t = tan(pi f T), so that a pole pair
-of the prototype becomes two, at x + sqrt(x^2 - w0^2), x = p b / 2, and at w0^2 over that; zeros do alike. The bilinear
-transform follows (Oppenheim and Schafer, Discrete-Time Signal Processing, section 7.1).
+s becomes (s^2 + w0^2) / (b s), or one over that, with w0^2 = t1 t2, b = t2 - t1, t = tan(pi f T),
+so that a pole pair of the prototype becomes two, at x + sqrt(x^2 - w0^2), x = p b / 2, and at w0^2
+over that; zeros do alike. The bilinear transform follows (Oppenheim and Schafer, Discrete-Time
+Signal Processing, section 7.1).
 """
 
 import math

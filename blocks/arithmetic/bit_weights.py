@@ -1,7 +1,8 @@
 """Weights of the bits of a converter whose elements do not match.
 
-Bit i is made of 2^i unit elements, each off by a standard deviation s: it is off by s / sqrt(2^i) of itself (Razavi,
-Principles of Data Conversion System Design, 1995, chapter 4). `device` names a specimen, and so its draw.
+Bit i is made of 2^i unit elements, each off by a standard deviation s: it is off by s / sqrt(2^i)
+of itself (Razavi, Principles of Data Conversion System Design, 1995, chapter 4). `device` names a
+specimen, and so its draw.
 """
 
 import math

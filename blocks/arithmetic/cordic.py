@@ -1,9 +1,10 @@
 """CORDIC: rotations by angles whose tangents are powers of two, so that each is a shift and a sum.
 
-Hyperbolic rotations by atanh 2^-i, i = 1, 2, ..., converge when i = 4, 13, 40 are done twice, for |angle| up to 1.118;
-circular ones by atan 2^-i, i = 0, 1, ..., for |angle| up to 1.743 (Walther 1971; Liu, Li, Shen, eq. 4). All rotations
-together lengthen a vector by the growth K = prod sqrt(1 -+ 4^-i), whatever their directions. Registers are mantissas
-here: each rotation drops bits as a shift does.
+Hyperbolic rotations by atanh 2^-i, i = 1, 2, ..., converge when i = 4, 13, 40 are done twice, for
+|angle| up to 1.118; circular ones by atan 2^-i, i = 0, 1, ..., for |angle| up to 1.743 (Walther
+1971; Liu, Li, Shen, eq. 4). All rotations together lengthen a vector by the growth K = prod
+sqrt(1 -+ 4^-i), whatever their directions. Registers are mantissas here: each rotation drops bits
+as a shift does.
 """
 
 import math
@@ -88,8 +89,8 @@ def to_the_real_axis(
 ) -> tuple[Any, Any]:
     """Turn a vector of any quadrant until y is gone: its grown real part, and the angle that it had.
 
-    One circular rotation for each of the `angles`; a vector to the left is turned by half a turn first. `radian` is one
-    radian in the steps of the angles.
+    One circular rotation for each of the `angles`; a vector to the left is turned by half a turn
+    first. `radian` is one radian in the steps of the angles.
     """
     to_the_left, above = x < 0, y >= 0
     x, y = where(to_the_left, -x, x), where(to_the_left, -y, y)

@@ -1,8 +1,9 @@
 """Counter-based random numbers: every deviate is a pure function of (seed, run, stream, sample).
 
-Philox4x32-10 of Salmon, Moraes, Dror and Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC11 (2011). The key is
-the seed (low, high 32 bits), the counter is (low, high 32 bits of the sample, stream, run). The normal quantile is
-algorithm AS 241 (PPND16) of Wichura, Applied Statistics 37 (1988). Plain arithmetic only.
+Philox4x32-10 of Salmon, Moraes, Dror and Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC11
+(2011). The key is the seed (low, high 32 bits), the counter is (low, high 32 bits of the sample,
+stream, run). The normal quantile is algorithm AS 241 (PPND16) of Wichura, Applied Statistics 37
+(1988). Plain arithmetic only.
 """
 
 import math

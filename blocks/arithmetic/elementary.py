@@ -1,8 +1,9 @@
 """Elementary functions in plain arithmetic: the same bits in every engine, on every machine; they vectorise.
 
-Special values are those of `math`, but where `math` raises: out of range the result is infinite, and where there is
-none it is NaN. Each function says within how many units in the last place of the exact value it is: a little more than
-the largest error of 10^7 arguments, which `benchmarks/elementary.py` finds.
+Special values are those of `math`, but where `math` raises: out of range the result is infinite,
+and where there is none it is NaN. Each function says within how many units in the last place of the
+exact value it is: a little more than the largest error of 10^7 arguments, which
+`benchmarks/elementary.py` finds.
 """
 
 from proofmass.blocks.arithmetic.arcs import arccosine, arcsine, arctangent, arctangent2

@@ -1,8 +1,9 @@
 """Exponentials: e^x = 2^n (1 + p), with n = round(x / ln 2) and p of what is left, at most ln(2) / 2.
 
-Reduction after Cody and Waite, Software Manual for the Elementary Functions (1980), in two parts of 42 bits, times
-whole numbers of 11; p = r + r^2 / 2 + r^3 P(r), with P the minimax polynomial of degree 9 (relative error 2^-60,
-benchmarks/elementary_fits.py). What sums and products lose is added again.
+Reduction after Cody and Waite, Software Manual for the Elementary Functions (1980), in two parts of
+42 bits, times whole numbers of 11; p = r + r^2 / 2 + r^3 P(r), with P the minimax polynomial of
+degree 9 (relative error 2^-60, benchmarks/elementary_fits.py). What sums and products lose is added
+again.
 """
 
 from proofmass.blocks.arithmetic.pairs import exact_product, exact_sum, ordered_sum

@@ -13,8 +13,9 @@ _NOTATION = re.compile(r"\(\s*(\d{1,4})\s*,\s*([+-]?\d{1,4})\s*\)(\s+unsigned)?"
 class Fixed:
     """A fixed-point format: `width` bits in all, the sign included, `fraction` of them after the binary point.
 
-    Written "(32, 30)" in System Generator's notation: -2 to almost 2 in steps of 2**-30; "(8, 0) unsigned" is 0 to 255.
-    `fraction` may be negative or exceed the width. Raises ValueError for a width or fraction out of bounds.
+    Written "(32, 30)" in System Generator's notation: -2 to almost 2 in steps of 2**-30; "(8, 0)
+    unsigned" is 0 to 255. `fraction` may be negative or exceed the width. Raises ValueError for a
+    width or fraction out of bounds.
 
     >>> Fixed(16, 12).lowest, Fixed(16, 12).highest, Fixed(16, 12).resolution
     (-32768, 32767, Fraction(1, 4096))

@@ -5,9 +5,9 @@ place only, where the author writes `value.to(format, rounding, overflow)`:
 
     total = (x.total + c.gain * error).to(TOTAL, "half_up", "saturate")
 
-Every rule is written in integer operators alone. The mantissa may therefore be a Python integer, which is the
-reference, or a `Mantissa` such as the signal of a trace, from which the compiled code is made: both follow the same
-lines. A mantissa has no unit; a port's unit belongs to the value.
+Every rule is written in integer operators alone. The mantissa may therefore be a Python integer,
+which is the reference, or a `Mantissa` such as the signal of a trace, from which the compiled code
+is made: both follow the same lines. A mantissa has no unit; a port's unit belongs to the value.
 """
 
 import operator
@@ -95,8 +95,9 @@ class FixedValue:
     def to(self, format: Fixed, rounding: Rounding = "half_even", overflow: Overflow = "saturate") -> "FixedValue":
         """The value in a format: rounded to its steps, then brought into its range.
 
-        `half_even` and `half_up` take the nearest step, a tie to the even mantissa or upwards; `floor` drops bits;
-        `toward_zero` drops bits of the magnitude. `wrap` keeps the low bits; `refuse` raises OverflowError.
+        `half_even` and `half_up` take the nearest step, a tie to the even mantissa or upwards;
+        `floor` drops bits; `toward_zero` drops bits of the magnitude. `wrap` keeps the low bits;
+        `refuse` raises OverflowError.
         """
         mantissa = rounded(self.mantissa, self.fraction - format.fraction, rounding)
         return FixedValue(_fitted(mantissa, format, overflow), format.fraction)
@@ -253,7 +254,7 @@ def _fitted(mantissa: WholeNumber, format: Fixed, overflow: Overflow) -> Any:
     return fitted
 
 
-# -- operands ------------------------------------------------------------------------------------------------------
+# -- operands --------------------------------------------------------------------------------------
 
 
 def _lifted(value: Any) -> FixedValue:

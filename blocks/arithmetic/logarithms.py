@@ -1,8 +1,9 @@
 """Logarithms of any positive number m 2^n: 2 atanh(s), s = (m - 1) / (m + 1), plus n ln 2.
 
-`_near_one` sums that up as fdlibm does (Sun Microsystems 1993): the largest term is exact, and the rest is small. The
-logarithm as a pair has 2 s + 2 s^3 / 3 + 2 s^5 / 5 as pairs, and the minimax polynomial of degree 6 behind them
-(relative error 2^-72, benchmarks/elementary_fits.py): for powers and other bases.
+`_near_one` sums that up as fdlibm does (Sun Microsystems 1993): the largest term is exact, and the
+rest is small. The logarithm as a pair has 2 s + 2 s^3 / 3 + 2 s^5 / 5 as pairs, and the minimax
+polynomial of degree 6 behind them (relative error 2^-72, benchmarks/elementary_fits.py): for powers
+and other bases.
 """
 
 import math

@@ -1,8 +1,9 @@
-"""Mantissas of fixed-point values: Python integers, or what stands for one while a step is traced, proved or
-differentiated.
+"""Mantissas of fixed-point values: Python integers, or what stands for one while a step is traced,
+proved or differentiated.
 
-The rules below are written in integer operators alone, so that all of them follow the same lines. What a `Mantissa`
-does in a way of its own, as a signal that cannot decide a comparison, it is asked for by name.
+The rules below are written in integer operators alone, so that all of them follow the same lines.
+What a `Mantissa` does in a way of its own, as a signal that cannot decide a comparison, it is asked
+for by name.
 """
 
 from collections.abc import Callable
@@ -17,8 +18,9 @@ _ROUNDINGS = get_args(Rounding)
 class Mantissa:
     """A stand-in for a Python integer, with its operators: it stands for every value that the integer could have.
 
-    A class that derives from it has these operators, and says for itself what it does otherwise than others. The
-    choices are those of one that decides its comparisons. No metaclass makes `isinstance` slow.
+    A class that derives from it has these operators, and says for itself what it does otherwise
+    than others. The choices are those of one that decides its comparisons. No metaclass makes
+    `isinstance` slow.
     """
 
     __slots__ = ()
@@ -164,8 +166,9 @@ def rounded(mantissa: WholeNumber, dropped: int, rounding: Rounding) -> Any:
 def dropped(rule: Callable[[int], int]) -> tuple[int, float]:
     """Parts of a step that a rule of rounding drops, and the variance in steps of what it adds, all parts as likely.
 
-    Of the nearest step it is (1 - 1/n^2) / 12 for n parts, and (1 + 2/n^2) / 12 where ties go either way; of a
-    magnitude that is cut the mean square, as the sign turns with the number. The parts are read off a large number.
+    Of the nearest step it is (1 - 1/n^2) / 12 for n parts, and (1 + 2/n^2) / 12 where ties go
+    either way; of a magnitude that is cut the mean square, as the sign turns with the number. The
+    parts are read off a large number.
 
     >>> dropped(lambda mantissa: mantissa >> 1)
     (2, 0.0625)

@@ -1,7 +1,8 @@
 """Modes of M x'' + C x' + K x = B F, and their exact step under forces that are held over it.
 
-Modes follow from the symmetric eigenproblem of L^-1 K L^-T, M = L L^T, by cyclic Jacobi rotations (Golub and Van Loan,
-Matrix Computations, section 8.5); the step is a matrix exponential by scaling and squaring of its series.
+Modes follow from the symmetric eigenproblem of L^-1 K L^-T, M = L L^T, by cyclic Jacobi rotations
+(Golub and Van Loan, Matrix Computations, section 8.5); the step is a matrix exponential by scaling
+and squaring of its series.
 """
 
 import math

@@ -28,9 +28,10 @@ def join_neighbours(
 ) -> int:
     """Join neighbours with few samples together, but neither end of the table; return how many values are left.
 
-    They have room for `limit` max(r / (n p), (n - r) / (n (1 - p))) samples at rank r of n samples, p being the wanted
-    part: least there, and most in the longer tail (Dunning and Ertl's merging digest, Software Impacts 7 (2021), with
-    the room of Cormode, Korn, Muthukrishnan and Srivastava, ICDE 2005).
+    They have room for `limit` max(r / (n p), (n - r) / (n (1 - p))) samples at rank r of n samples,
+    p being the wanted part: least there, and most in the longer tail (Dunning and Ertl's merging
+    digest, Software Impacts 7 (2021), with the room of Cormode, Korn, Muthukrishnan and Srivastava,
+    ICDE 2005).
     """
     last, below = 0, 0.0
     for i in range(1, values):

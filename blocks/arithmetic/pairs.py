@@ -1,8 +1,8 @@
 """Sums and products without error, and pairs of numbers whose unrounded sum is meant: about 106 bits.
 
-Sums: Knuth, The Art of Computer Programming 2, 4.2.2; products and quotients: Dekker, Numerische Mathematik 18 (1971).
-They hold because no engine contracts a product and a sum, or reorders either. Products must neither overflow nor
-underflow: factors below 2^996, products above 2^-960.
+Sums: Knuth, The Art of Computer Programming 2, 4.2.2; products and quotients: Dekker, Numerische
+Mathematik 18 (1971). They hold because no engine contracts a product and a sum, or reorders either.
+Products must neither overflow nor underflow: factors below 2^996, products above 2^-960.
 """
 
 

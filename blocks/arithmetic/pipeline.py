@@ -1,8 +1,9 @@
 """Pipeline cuts: y = pipe(x) is x in every simulation, and a register in hardware.
 
-A cut splits a long path of logic in two, so that the clock may be faster, and the result comes a tick later. What it is
-combined with is made as late by registers of its own, and the block says how many ticks its outputs are late. In a path
-that comes back to the register that it starts from, a cut would change what is computed, and is refused.
+A cut splits a long path of logic in two, so that the clock may be faster, and the result comes a
+tick later. What it is combined with is made as late by registers of its own, and the block says how
+many ticks its outputs are late. In a path that comes back to the register that it starts from, a
+cut would change what is computed, and is refused.
 """
 
 from typing import Any

@@ -1,7 +1,7 @@
 """Powers x^y = exp(y ln |x|), and the length of a hypotenuse.
 
-The logarithm is a pair with a relative error of 2^-69, so that the product, of at most 745, is known to a small part of
-the last place of the power.
+The logarithm is a pair with a relative error of 2^-69, so that the product, of at most 745, is
+known to a small part of the last place of the power.
 """
 
 import math

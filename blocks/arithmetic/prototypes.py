@@ -1,8 +1,9 @@
 """Analog low-pass filters by name: poles, zeros and gain of order 1 to 8, with their corner at 1 rad/s.
 
-Pole pairs are counted from the imaginary axis, pair k at the angle a = (2k + 1) pi / (2n). Of an odd order the last is
-one real pole. Formulas: Butterworth, On the theory of filter amplifiers, 1930; Thomson, Proc. IEE 96, 1949; Oppenheim
-and Schafer, Discrete-Time Signal Processing, appendix B.
+Pole pairs are counted from the imaginary axis, pair k at the angle a = (2k + 1) pi / (2n). Of an
+odd order the last is one real pole. Formulas: Butterworth, On the theory of filter amplifiers,
+1930; Thomson, Proc. IEE 96, 1949; Oppenheim and Schafer, Discrete-Time Signal Processing, appendix
+B.
 """
 
 import math

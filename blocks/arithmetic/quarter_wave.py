@@ -1,7 +1,7 @@
 """A sine from a table of a quarter of it: sin(2 pi (u + 1/2) / 2^P) for the phase word u, to the nearest step.
 
-Half a step beside the phase the four quarters are the same table, read up or down, with either sign (Nicholas and
-Samueli, Proc. 41st Annual Frequency Control Symposium, 1987).
+Half a step beside the phase the four quarters are the same table, read up or down, with either sign
+(Nicholas and Samueli, Proc. 41st Annual Frequency Control Symposium, 1987).
 """
 
 import math

@@ -1,7 +1,8 @@
 """The covariance of a steady Kalman filter, by a structure-preserving doubling algorithm.
 
-(Chu, Fan, Lin and Wang, Structure-preserving algorithms for periodic discrete-time algebraic Riccati equations,
-International Journal of Control 77, 2004.) Each step does as much as all the steps before: some ten are enough.
+(Chu, Fan, Lin and Wang, Structure-preserving algorithms for periodic discrete-time algebraic
+Riccati equations, International Journal of Control 77, 2004.) Each step does as much as all the
+steps before: some ten are enough.
 """
 
 from collections.abc import Sequence

@@ -47,8 +47,8 @@ def clip(value: float, low: float, high: float) -> float:
 def likely(condition: bool) -> bool:
     """The condition, which is true as a rule.
 
-    Machine code of one run branches on it and goes on with what it expects, where it would else wait for the numbers
-    that are compared and choose between both sides.
+    Machine code of one run branches on it and goes on with what it expects, where it would else
+    wait for the numbers that are compared and choose between both sides.
 
     >>> likely(1.0 < 2.0)
     True

@@ -1,8 +1,8 @@
 """Digital filters of order 1 to 8 as four sections of second order, designed from an analog prototype.
 
-A section is y = b0 u + s, s' = b1 u - a1 y + t, t' = b2 u - a2 y (transposed direct form II). A pole pair of the
-prototype at radius w with quality q, and its zeros at radius 1 / z on the imaginary axis, become one by the bilinear
-transform, warped so that the corner stays where it is
+A section is y = b0 u + s, s' = b1 u - a1 y + t, t' = b2 u - a2 y (transposed direct form II). A
+pole pair of the prototype at radius w with quality q, and its zeros at radius 1 / z on the
+imaginary axis, become one by the bilinear transform, warped so that the corner stays where it is
 (Oppenheim and Schafer, Discrete-Time Signal Processing, section 7.1).
 """
 

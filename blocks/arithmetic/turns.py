@@ -1,8 +1,8 @@
 """Sine and cosine of turns.
 
-A quarter wave is sin(pi v / 2) = v + v (1 - v^2) (1/2 + T(v^2)) for |v| <= 1, where T is the minimax polynomial of
-degree 7 (Remez exchange on the relative error, 3e-19). The form is exact at v = 0 and v = +-1, and the rounding of T
-counts little.
+A quarter wave is sin(pi v / 2) = v + v (1 - v^2) (1/2 + T(v^2)) for |v| <= 1, where T is the
+minimax polynomial of degree 7 (Remez exchange on the relative error, 3e-19). The form is exact at
+v = 0 and v = +-1, and the rounding of T counts little.
 """
 
 from proofmass.blocks.arithmetic.rounding import nearest_integer

@@ -3,8 +3,8 @@
     x'' + cx x' + cxy y' + kx x + kxy y = Fx / m + w y'
     y'' + cy y' + cxy x' + ky y + kxy x = Fy / m - w x'
 
-w is twice the angular gain times the rate of rotation (IEEE Std 1431; Lynch, Vibratory gyro analysis by the method of
-averaging, 1995).
+w is twice the angular gain times the rate of rotation (IEEE Std 1431; Lynch, Vibratory gyro
+analysis by the method of averaging, 1995).
 """
 
 from typing import NamedTuple

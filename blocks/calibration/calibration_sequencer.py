@@ -1,7 +1,8 @@
 """Calibration sequencer: step' = step + 1 when its part is finished.
 
-Steps 0 sweep, 1 switch, 2 test belong to the initial state; before step 3 the gains drift; 3 tests what that does, 4
-sweep and 5 switch estimate and compensate, 6 tests the cure; 7 is the end (digital quartz accelerometer, Fig. 9).
+Steps 0 sweep, 1 switch, 2 test belong to the initial state; before step 3 the gains drift; 3 tests
+what that does, 4 sweep and 5 switch estimate and compensate, 6 tests the cure; 7 is the end
+(digital quartz accelerometer, Fig. 9).
 """
 
 from typing import NamedTuple

@@ -1,7 +1,7 @@
 """Compensation register: value' = value / (1 + deviation) when loaded (digital quartz accelerometer, eq. 22 and 30).
 
-The gain k(D(z)) of the controller is corrected by the deviation of the forward gain, N_VREF of the converter that makes
-the reference by that of the feedback gain.
+The gain k(D(z)) of the controller is corrected by the deviation of the forward gain, N_VREF of the
+converter that makes the reference by that of the feedback gain.
 """
 
 from typing import NamedTuple

@@ -1,8 +1,9 @@
 """Damping controller: c += gain * sum of (h_R[k] - h[k]) over the lags first to last, once per period.
 
-h is the impulse response of the device, h_R that of its reference model (Sarraf et al. 2012, section 2.1, steps v and
-vi). Which coefficients the paper sums is not said; over all lags the sum is the static response, which holds no
-damping: a few lags it must be, and the default is h[1] alone.
+h is the impulse response of the device, h_R that of its reference model (Sarraf et al. 2012,
+section 2.1, steps v and vi). Which coefficients the paper sums is not said; over all lags the sum
+is the static response, which holds no damping: a few lags it must be, and the default is h[1]
+alone.
 """
 
 from collections.abc import Iterator

@@ -1,7 +1,8 @@
 """Feedback gain by a switched current: D = mean N_on - mean N_off = -I_ref / (k_VI k_DA), deviation = D / D0 - 1.
 
-The difference holds neither the acceleration nor the torquer's constant (digital quartz accelerometer, section III.B,
-eq. 26 to 28). Its deviation is that of N, the column of Table 4; the gain k_VI k_DA goes the other way, D0 / D - 1.
+The difference holds neither the acceleration nor the torquer's constant (digital quartz
+accelerometer, section III.B, eq. 26 to 28). Its deviation is that of N, the column of Table 4; the
+gain k_VI k_DA goes the other way, D0 / D - 1.
 """
 
 from typing import NamedTuple

@@ -1,8 +1,9 @@
 """Fit selector: of two fits the one with the smaller residual; converged = settled and residual < limit.
 
-A resonance above the chip rate answers nearly as its mirror image below it: sampled once a chip the poles of both are
-the same. Fits that start on either side of the chip rate find both, and all samples of a period tell them apart. Beyond
-Sarraf et al. 2012, whose iteration ends when the error is below a threshold (section 2.1, step vii).
+A resonance above the chip rate answers nearly as its mirror image below it: sampled once a chip the
+poles of both are the same. Fits that start on either side of the chip rate find both, and all
+samples of a period tell them apart. Beyond Sarraf et al. 2012, whose iteration ends when the error
+is below a threshold (section 2.1, step vii).
 """
 
 from proofmass.blocks.declaration.declare import Block, Input, param

@@ -1,7 +1,8 @@
 """Slope of a swept gain: k = (sum dN_out dN - n mean(dN_out) mean(dN)) / (sum dN^2 - n mean(dN)^2).
 
-Its deviation is k / k0 - 1. dN and dN_out are number and response less those of the first point of the sweep, so that
-an offset of the response drops out (digital quartz accelerometer, section III.A, eq. 17 to 21: k_pre-eq0, k_pre-eq1).
+Its deviation is k / k0 - 1. dN and dN_out are number and response less those of the first point of
+the sweep, so that an offset of the response drops out (digital quartz accelerometer, section III.A,
+eq. 17 to 21: k_pre-eq0, k_pre-eq1).
 """
 
 from typing import NamedTuple

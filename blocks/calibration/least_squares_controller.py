@@ -1,9 +1,10 @@
 """Least-squares controller: (ln k, ln c) += (J'J)^-1 J' (y - y_R), once per record, J = (dy_R/d ln k, dy_R/d ln c).
 
-Where a GaussNewtonController fits correlated responses, this one fits every sample of a record that is many periods
-long. Response, model and both derivatives come through equal high-pass filters: an acceleration below their corner is
-taken off, and what it has in common with the chips falls with the length of the record. Beyond Sarraf et al. 2012,
-whose section 4 leaves calibration in operation to the future.
+Where a GaussNewtonController fits correlated responses, this one fits every sample of a record that
+is many periods long. Response, model and both derivatives come through equal high-pass filters: an
+acceleration below their corner is taken off, and what it has in common with the chips falls with
+the length of the record. Beyond Sarraf et al. 2012, whose section 4 leaves calibration in operation
+to the future.
 """
 
 from collections.abc import Iterator

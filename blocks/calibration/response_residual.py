@@ -1,8 +1,9 @@
 """Response residual: residual = sqrt(mean of (y - y_R)^2) over a period of N chips.
 
-The iteration of a self-calibration ends when the error is below a threshold (Sarraf et al. 2012, section 2.1, step
-vii). Controllers that look at few numbers settle on wrong parameters too, where those numbers agree: all responses of a
-period do not. Of the right parameters the residual is the noise of the readout.
+The iteration of a self-calibration ends when the error is below a threshold (Sarraf et al. 2012,
+section 2.1, step vii). Controllers that look at few numbers settle on wrong parameters too, where
+those numbers agree: all responses of a period do not. Of the right parameters the residual is the
+noise of the readout.
 """
 
 import math

@@ -1,7 +1,8 @@
 """Self-test verdict: trusted = settled and residual < limit; passes = trusted and inside.
 
-A self-test answers yes or no (Sarraf et al. 2012, section 1). Of a calibration that did not settle, or whose model does
-not answer as the device does (section 2.1, step vii), the parameters say nothing: the device does not pass.
+A self-test answers yes or no (Sarraf et al. 2012, section 1). Of a calibration that did not settle,
+or whose model does not answer as the device does (section 2.1, step vii), the parameters say
+nothing: the device does not pass.
 """
 
 from proofmass.blocks.declaration.declare import Block, Input, param

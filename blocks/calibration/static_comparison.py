@@ -1,7 +1,7 @@
 """Static tests before and after: errors = N'(1) - N(0) and N(1) - N(0) (digital quartz accelerometer, Fig. 13).
 
-N(0) is the output of the initial state, N'(1) that after the gains have drifted, N(1) that after compensation. The
-residual error of eq. 31, printed upside down, is (N(1) - N(0)) / (N'(1) - N(0)).
+N(0) is the output of the initial state, N'(1) that after the gains have drifted, N(1) that after
+compensation. The residual error of eq. 31, printed upside down, is (N(1) - N(0)) / (N'(1) - N(0)).
 """
 
 from typing import NamedTuple

@@ -1,7 +1,8 @@
 """Two-position test: K1 = (N_up - N_down) / 2 g, bias K0 / K1 = (N_up + N_down) / 2 K1, from averages N at +g and -g.
 
-The first two positions of the tumble test of an accelerometer (IEEE Std 1293, test procedures for linear single-axis
-accelerometers). Calibration calls what a test gives before an adjustment "as found", after it "as left".
+The first two positions of the tumble test of an accelerometer (IEEE Std 1293, test procedures for
+linear single-axis accelerometers). Calibration calls what a test gives before an adjustment "as
+found", after it "as left".
 """
 
 from typing import NamedTuple

@@ -1,7 +1,7 @@
 """Outcome of a test: yield_loss = 1 for a good device that fails, test_escape = 1 for a bad one that passes, else 0.
 
-Over a population their means are the two ways in which tests go wrong (Sarraf et al. 2012, section 1, after Deb and
-Blanton).
+Over a population their means are the two ways in which tests go wrong (Sarraf et al. 2012, section
+1, after Deb and Blanton).
 """
 
 from proofmass.blocks.declaration.declare import Block, Input

@@ -1,7 +1,7 @@
 """Chopper: output = input square, square = 1 for `half_period` ticks, then -1 for as many.
 
-Two of them around an amplifier move its offset and 1/f noise to the chopping frequency (Enz and Temes, Circuit
-techniques for reducing the effects of op-amp imperfections, Proc. IEEE 84, 1996).
+Two of them around an amplifier move its offset and 1/f noise to the chopping frequency (Enz and
+Temes, Circuit techniques for reducing the effects of op-amp imperfections, Proc. IEEE 84, 1996).
 """
 
 from typing import NamedTuple

@@ -1,7 +1,7 @@
 """Correlated double sampling: output = u at place `second` of a window - u at place `first`, once in `window` ticks.
 
-What does not move between the two samples falls out: offset, 1/f noise, the noise of a reset (Enz and Temes, Proc. IEEE
-84, 1996, section III).
+What does not move between the two samples falls out: offset, 1/f noise, the noise of a reset (Enz
+and Temes, Proc. IEEE 84, 1996, section III).
 """
 
 from collections.abc import Iterator

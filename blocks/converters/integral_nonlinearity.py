@@ -1,7 +1,8 @@
 """Integral nonlinearity: output = v + lsb (bow (1 - x^2) + s_shape 3 sqrt(3) / 2 (x - x^3)), x = v / reference.
 
-Zero at both ends of the span, bow at its middle, s_shape at x = 1 / sqrt(3): the second and third order of what data
-sheets show; lsb = reference / 2^(bits-1). The best-fit line is not taken off (IEEE Std 1241, section 6).
+Zero at both ends of the span, bow at its middle, s_shape at x = 1 / sqrt(3): the second and third
+order of what data sheets show; lsb = reference / 2^(bits-1). The best-fit line is not taken off
+(IEEE Std 1241, section 6).
 """
 
 from typing import NamedTuple

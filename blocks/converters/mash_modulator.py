@@ -3,9 +3,10 @@
     a' = a + u - v1,  b' = b + a - 2 v1,  v1 = the level nearest to b;   c' = c + e - v2,  e = b - v1,  v2 nearest to c
     output[n] = v1[n-1] + (v2[n] - 2 v2[n-1] + v2[n-2])
 
-so that the input comes through with 3 ticks of delay and the noise is that of a third order, (1 - z^-1)^3, without its
-instability (Schreier and Temes, Understanding Delta-Sigma Data Converters, section 4.5). `leakage` is what the
-integrators lose in a tick, by which the error of the first stage leaks through.
+so that the input comes through with 3 ticks of delay and the noise is that of a third order, (1 -
+z^-1)^3, without its instability (Schreier and Temes, Understanding Delta-Sigma Data Converters,
+section 4.5). `leakage` is what the integrators lose in a tick, by which the error of the first
+stage leaks through.
 """
 
 from typing import NamedTuple

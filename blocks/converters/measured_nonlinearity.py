@@ -1,7 +1,7 @@
 """Measured nonlinearity: output = v + lsb e(v), e the errors at equally spaced voltages, with straight lines between.
 
-The first error is that at -reference, the last that at +reference; beyond them the end errors hold. lsb is reference /
-2^(bits-1) (IEEE Std 1241, section 6).
+The first error is that at -reference, the last that at +reference; beyond them the end errors hold.
+lsb is reference / 2^(bits-1) (IEEE Std 1241, section 6).
 """
 
 import math

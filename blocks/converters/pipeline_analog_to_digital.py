@@ -1,9 +1,9 @@
 """Pipeline converter of 1.5-bit stages: d = 1, 0, -1 by thresholds +-r / 4, residue' = (1 + e) (2 residue - d r).
 
-r is the reference. After `stages` of them a flash of `last_bits` converts the residue; number = sum of d_k 2^(bits-1-k)
-over k from 1 + the last code, bits = stages + last_bits. Thresholds may be off by r / 4 without a word; a gain error e
-of stage k makes jumps of e 2^(bits-1-k) steps at its thresholds (Lewis and Gray, IEEE J. Solid-State Circuits 22,
-1987).
+r is the reference. After `stages` of them a flash of `last_bits` converts the residue; number = sum
+of d_k 2^(bits-1-k) over k from 1 + the last code, bits = stages + last_bits. Thresholds may be off
+by r / 4 without a word; a gain error e of stage k makes jumps of e 2^(bits-1-k) steps at its
+thresholds (Lewis and Gray, IEEE J. Solid-State Circuits 22, 1987).
 """
 
 import math

@@ -1,7 +1,7 @@
 """Pulse width modulator: output = high while input > carrier, else low; the carrier runs from -1 to 1 at `frequency`.
 
-A sawtooth carrier rises all the period, a triangular one rises and falls; edges fall on ticks (Holmes and Lipo, Pulse
-Width Modulation for Power Converters, 2003, chapter 3).
+A sawtooth carrier rises all the period, a triangular one rises and falls; edges fall on ticks
+(Holmes and Lipo, Pulse Width Modulation for Power Converters, 2003, chapter 3).
 """
 
 import math

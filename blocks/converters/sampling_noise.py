@@ -1,8 +1,8 @@
 """Noise of a sampling switch: output = input + s n, s^2 = k T / C + (jitter slope)^2, n standard normal in every tick.
 
-slope = (u[n] - u[n-1]) / period, and zero in tick 0. k T / C is the variance of one sample, whatever the rate. Both
-errors are white, normal and independent, and so is their sum (Razavi, Principles of Data Conversion System Design,
-1995, chapter 2).
+slope = (u[n] - u[n-1]) / period, and zero in tick 0. k T / C is the variance of one sample,
+whatever the rate. Both errors are white, normal and independent, and so is their sum (Razavi,
+Principles of Data Conversion System Design, 1995, chapter 2).
 """
 
 import math

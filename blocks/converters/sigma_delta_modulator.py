@@ -1,10 +1,11 @@
 """Sigma-delta modulator: x_i[n+1] = x_i + g_i (x_(i-1) - f_i v), x_0 = u, v = the level nearest to the last x.
 
-Delaying integrators in a chain with feedback to each. The levels are equally spaced from -reference to reference; a tie
-goes up. `resonance` takes so much of the last integrator from the input of the one before: a zero of the noise at
-atan(sqrt(g h resonance)) / (2 pi) of the rate, g and h the gains of these two. Gains (1), (0.5, 0.5): Boser and Wooley,
-IEEE J. Solid-State Circuits 23, 1988; of higher orders by coefficients: Schreier and Temes, Understanding Delta-Sigma
-Data Converters, chapter 4.
+Delaying integrators in a chain with feedback to each. The levels are equally spaced from -reference
+to reference; a tie goes up. `resonance` takes so much of the last integrator from the input of the
+one before: a zero of the noise at atan(sqrt(g h resonance)) / (2 pi) of the rate, g and h the gains
+of these two. Gains (1), (0.5, 0.5): Boser and Wooley, IEEE J. Solid-State Circuits 23, 1988; of
+higher orders by coefficients: Schreier and Temes, Understanding Delta-Sigma Data Converters,
+chapter 4.
 """
 
 from collections.abc import Iterator

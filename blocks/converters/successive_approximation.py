@@ -1,7 +1,8 @@
 """Successive-approximation converter: code = sum of the bits kept, each where v + reference still reaches its sum.
 
-From the highest bit on, bit i is kept where (v + noise + reference) / lsb + 1/2 >= the weights kept so far + w_i. With
-weights w_i = 2^i that is the nearest code; weights that do not match make INL and DNL (IEEE Std 1241, section 6).
+From the highest bit on, bit i is kept where (v + noise + reference) / lsb + 1/2 >= the weights kept
+so far + w_i. With weights w_i = 2^i that is the nearest code; weights that do not match make INL
+and DNL (IEEE Std 1241, section 6).
 """
 
 import math

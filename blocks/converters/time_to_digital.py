@@ -1,7 +1,8 @@
 """Time-to-digital converter: code = floor(t / resolution), t the time from a rising edge of start to the next of stop.
 
-An edge is where the signal rises through zero; its instant is that of the straight line between two samples, so that
-times are resolved far below a tick. A start while time runs is ignored (Kalisz, Metrologia 41, 2004).
+An edge is where the signal rises through zero; its instant is that of the straight line between two
+samples, so that times are resolved far below a tick. A start while time runs is ignored (Kalisz,
+Metrologia 41, 2004).
 """
 
 from typing import NamedTuple

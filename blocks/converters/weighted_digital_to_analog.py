@@ -1,7 +1,7 @@
 """Digital-to-analog converter of weighted elements: voltage = (sum of b_i w_i - 2^(bits-1)) reference / 2^(bits-1).
 
-b_i are the bits of clip(rint(number)) + 2^(bits-1), w_i = 2^i (1 + error_i). Weights that do not match make INL and
-DNL, the largest where the highest bit changes (IEEE Std 1658, section 6).
+b_i are the bits of clip(rint(number)) + 2^(bits-1), w_i = 2^i (1 + error_i). Weights that do not
+match make INL and DNL, the largest where the highest bit changes (IEEE Std 1658, section 6).
 """
 
 import math

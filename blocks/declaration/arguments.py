@@ -5,8 +5,8 @@ from enum import Enum
 
 
 class Meaning(Enum):
-    """Meaning of an argument: one with a fixed name, or a buffer or input of the block; `number` is its type if it is
-    one number whatever the block.
+    """Meaning of an argument: one with a fixed name, or a buffer or input of the block; `number` is
+    its type if it is one number whatever the block.
     """
 
     STATE = "x", "the state, an argument of functions"

@@ -11,8 +11,8 @@
         return p.gain * input
 
 The first argument of every function is the block's constants (or its parameters, where it declares no `constants`);
-the others are bound by name: `x` the state, buffers, inputs, and what the runner knows: `Meaning`; in a block with
-`formats`, whose constants are in registers, also `p`, the parameters.
+the others are bound by name: `x` the state, buffers, inputs, and what the runner knows: `Meaning`;
+in a block with `formats`, whose constants are in registers, also `p`, the parameters.
 An output depends on an input in the same tick only if its function takes that input as an argument.
 """
 
@@ -112,8 +112,8 @@ def block(unit: str, **named: Any) -> Callable[[Callable[..., Any]], type[Block]
             \"\"\"Absolute value of a voltage, less a threshold.\"\"\"
             return abs(voltage) - p.threshold
 
-    `unit` is that of the output, and `named` are inputs and parameters. Raises `TypeError` for a unit, a default or an
-    argument of the function that cannot be.
+    `unit` is that of the output, and `named` are inputs and parameters. Raises `TypeError` for a
+    unit, a default or an argument of the function that cannot be.
 
     >>> from proofmass import block, param
     >>> @block("V", voltage="V", threshold=param("V", "What is taken off.", default=0.1))
@@ -148,7 +148,7 @@ def _parameters_are_named(kind: type[Block], values: tuple[object, ...]) -> str:
     return f"{kind.__name__}: parameters are named: write {kind.__name__}({written})"
 
 
-# -- the values of a block ---------------------------------------------------------------------------------------------
+# -- the values of a block -------------------------------------------------------------------------
 
 
 def _bad_units(block: Block) -> Iterator[Problem]:

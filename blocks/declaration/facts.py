@@ -1,7 +1,8 @@
 """Facts of a kind of block: its declaration, and all that follows from it.
 
-The facts are attributes of the kind, as in `Gain.inputs`, and not of its blocks: an attribute of a block is a parameter
-and nothing else, so that parameters and ports may be called `inputs` or `size`. Of a block, ask `type(block).inputs`.
+The facts are attributes of the kind, as in `Gain.inputs`, and not of its blocks: an attribute of a
+block is a parameter and nothing else, so that parameters and ports may be called `inputs` or
+`size`. Of a block, ask `type(block).inputs`.
 """
 
 import dataclasses
@@ -51,7 +52,7 @@ class Facts(type):
 
     __declaration__: Declaration
 
-    # -- as declared ---------------------------------------------------------------------------------------------------
+    # -- as declared -------------------------------------------------------------------------------
 
     @property
     def parameters(cls) -> dict[str, Parameter]:
@@ -103,7 +104,7 @@ class Facts(type):
         """True if a continuous block's derivative is linear in state and inputs."""
         return cls.__declaration__.linear
 
-    # -- what follows --------------------------------------------------------------------------------------------------
+    # -- what follows ------------------------------------------------------------------------------
 
     def continuous(cls) -> bool:
         """Return whether the runner integrates the block between ticks."""

@@ -1,8 +1,8 @@
 """Libraries of others that only some uses need: what each is for, and the extra of the package that brings it.
 
-A plain installation has none of them: it declares, checks and runs graphs and studies, and finds margins. Whoever
-imports one of them within a function asks `need` for it first; modules that import one at their head are imported when
-they are used.
+A plain installation has none of them: it declares, checks and runs graphs and studies, and finds
+margins. Whoever imports one of them within a function asks `need` for it first; modules that import
+one at their head are imported when they are used.
 """
 
 import sys

@@ -156,12 +156,14 @@ def param(
 ) -> Any:
     """Declare a parameter of a block: its unit, doc, default and bounds.
 
-    A unit may name a string parameter of the same block in braces, as in `"{unit}"`: the block then works in any unit.
-    `not_driven` keeps wires from driving it: it says why, and what to take instead. It belongs to each parameter whose
-    momentary value the block applies to the time before, as in sin(2 pi frequency time).
+    A unit may name a string parameter of the same block in braces, as in `"{unit}"`: the block then
+    works in any unit. `not_driven` keeps wires from driving it: it says why, and what to take
+    instead. It belongs to each parameter whose momentary value the block applies to the time
+    before, as in sin(2 pi frequency time).
 
-    `unit` and `doc` describe it, `default` is in the unit. Bounds are `above`, `at_least`, `below` and `at_most`; a
-    text has `choices`. The class then raises `TypeError` for an unknown unit, or a default outside its bounds.
+    `unit` and `doc` describe it, `default` is in the unit. Bounds are `above`, `at_least`, `below`
+    and `at_most`; a text has `choices`. The class then raises `TypeError` for an unknown unit, or a
+    default outside its bounds.
 
     >>> from proofmass import Block, param
     >>> class Limit(Block):

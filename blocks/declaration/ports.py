@@ -30,8 +30,8 @@ class Port:
 class Input:
     """Declare an input port; its name is the attribute's. With a `default` it may stay unconnected.
 
-    `unit` is a unit or "{parameter}", `doc` a sentence, `dtype` float, int, bool or `FixedValue`. `shape` has lengths,
-    or names of parameters that have them.
+    `unit` is a unit or "{parameter}", `doc` a sentence, `dtype` float, int, bool or `FixedValue`.
+    `shape` has lengths, or names of parameters that have them.
 
     >>> from proofmass import Input
     >>> Input("V", "What is delayed.").named("input").unit

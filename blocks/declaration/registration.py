@@ -77,8 +77,9 @@ class Registration(Facts):
     def event(cls, *, then: Callable[..., Any]) -> Callable[[_Function], _Function]:
         """Register `clearance(c, x, inputs..., time) -> float`, above zero for as long as nothing happens.
 
-        When it falls to zero or below, the runner finds the instant and calls `then(c, x, inputs..., time) -> State`,
-        after which the clearance must be above zero again: a mode in the state, or the sign of a velocity, says so.
+        When it falls to zero or below, the runner finds the instant and calls `then(c, x,
+        inputs..., time) -> State`, after which the clearance must be above zero again: a mode in
+        the state, or the sign of a velocity, says so.
         """
 
         def register(function: _Function) -> _Function:
@@ -90,8 +91,9 @@ class Registration(Facts):
 
     @bare
     def corner(cls, function: _Function) -> _Function:
-        """Register `beyond(c, inputs..., time) -> float`, whose sign tells on which side of a corner the outputs are,
-        or `passed(c, time) -> int`, how many corners there were so far: none is missed, however many a step has.
+        """Register `beyond(c, inputs..., time) -> float`, whose sign tells on which side of a
+        corner the outputs are, or `passed(c, time) -> int`, how many corners there were so far:
+        none is missed, however many a step has.
 
         Within a group of continuous blocks steps end at the instant at which the sign changes: no method of
         integration is as accurate as it says across a corner or a jump.

@@ -22,8 +22,8 @@ class SourceError(ValueError):
 
 
 def tree_of(function: types.FunctionType) -> ast.FunctionDef:
-    """The definition of a function; raises `SourceError` where its file is not there, or is no longer the one that was
-    loaded."""
+    """The definition of a function; raises `SourceError` where its file is not there, or is no
+    longer the one that was loaded."""
     if function in _made:
         return _made[function]
     code = function.__code__

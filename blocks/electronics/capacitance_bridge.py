@@ -1,8 +1,8 @@
 """AC bridge: v = v_in (1/2 + (C1 - C2) / (2 (C1 + C2 + Cp)) - r), r = C_ref1 / (C_ref1 + C_ref2).
 
-Without stray capacitance that is v_in (C1 / (C1 + C2) - r) (digital quartz accelerometer, section II.B.3, eq. 4 and 5;
-with the plate attached to the first fixed one, eq. 16). The bridge has no memory: the voltages may be those of the
-carrier from sample to sample, or its amplitude.
+Without stray capacitance that is v_in (C1 / (C1 + C2) - r) (digital quartz accelerometer, section
+II.B.3, eq. 4 and 5; with the plate attached to the first fixed one, eq. 16). The bridge has no
+memory: the voltages may be those of the carrier from sample to sample, or its amplitude.
 """
 
 from typing import NamedTuple

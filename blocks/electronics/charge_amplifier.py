@@ -1,7 +1,7 @@
 """Charge amplifier: v' = -v / (R C) - q' / C, the transimpedance -s R / (1 + s R C) of a current q'; continuous.
 
-The charge of a capacitive sensor flows into the feedback capacitor C, beside which R takes off what stays (Sarraf et
-al. 2012, section 3.2, the transimpedance amplifier). The state is v + q / C.
+The charge of a capacitive sensor flows into the feedback capacitor C, beside which R takes off what
+stays (Sarraf et al. 2012, section 3.2, the transimpedance amplifier). The state is v + q / C.
 """
 
 from typing import NamedTuple

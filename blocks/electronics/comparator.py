@@ -1,5 +1,5 @@
-"""Clocked comparator with hysteresis: on where input >= threshold + h/2, off where input < threshold - h/2, else as
-before; h is the hysteresis. It answers in the tick in which it reads.
+"""Clocked comparator with hysteresis: on where input >= threshold + h/2, off where input <
+threshold - h/2, else as before; h is the hysteresis. It answers in the tick in which it reads.
 """
 
 from typing import NamedTuple

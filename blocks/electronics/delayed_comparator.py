@@ -1,7 +1,7 @@
 """Comparator with offset, hysteresis and delay: as a Comparator, but it answers `delay` ticks after its input.
 
-on[n] = decision[n - delay]; a decision is true where input >= threshold + h/2, false where input < threshold - h/2,
-else as before; h is the hysteresis. Before the first decision it is off.
+on[n] = decision[n - delay]; a decision is true where input >= threshold + h/2, false where input <
+threshold - h/2, else as before; h is the hysteresis. Before the first decision it is off.
 """
 
 from typing import NamedTuple

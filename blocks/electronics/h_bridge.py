@@ -1,8 +1,9 @@
 """H-bridge: voltage = s supply - 2 Ron i, s = 1 while `on`, else -1; -sign(i) (supply + 2 Vf) in the dead time.
 
-All switches are open for a dead time after each change, and the current of an inductive load goes through two diodes
-into the supply. The output is the mean over the tick, so that a dead time need not be whole ticks (Mohan, Undeland and
-Robbins, Power Electronics, 2003, section 8-5: of each period it takes 2 supply times its part).
+All switches are open for a dead time after each change, and the current of an inductive load goes
+through two diodes into the supply. The output is the mean over the tick, so that a dead time need
+not be whole ticks (Mohan, Undeland and Robbins, Power Electronics, 2003, section 8-5: of each
+period it takes 2 supply times its part).
 """
 
 from typing import NamedTuple

@@ -1,7 +1,7 @@
 """All-pass: order 1 (c + z^-1) / (1 + c z^-1), order 2 (d + e z^-1 + z^-2) / (1 + e z^-1 + d z^-2).
 
-c = (t - 1) / (t + 1), d = (1 - t / q + t^2) / n, e = 2 (t^2 - 1) / n, n = 1 + t / q + t^2, t = tan(pi f T): the phase
-passes -90 degrees an order at f (Zoelzer, DAFX, section 2.3).
+c = (t - 1) / (t + 1), d = (1 - t / q + t^2) / n, e = 2 (t^2 - 1) / n, n = 1 + t / q + t^2, t =
+tan(pi f T): the phase passes -90 degrees an order at f (Zoelzer, DAFX, section 2.3).
 """
 
 import math

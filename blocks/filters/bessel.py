@@ -1,7 +1,7 @@
 """Bessel filter of order n: H(s) = B(0) / B(s / w0), B the reverse Bessel polynomial, s bilinear in z.
 
-w0 puts the point at which the response is down by 3 dB at the corner fc; a high-pass has s inverted (Thomson, Delay
-networks having maximally flat frequency characteristics, Proc. IEE 96, 1949).
+w0 puts the point at which the response is down by 3 dB at the corner fc; a high-pass has s inverted
+(Thomson, Delay networks having maximally flat frequency characteristics, Proc. IEE 96, 1949).
 """
 
 from proofmass.blocks.arithmetic.prototypes import LARGEST_ORDER, bessel

@@ -1,7 +1,8 @@
 """Butterworth filter of order n: |H|^2 = 1 / (1 + W^(2n)), W = tan(pi f T) / tan(pi fc T), or 1 / W as high-pass.
 
-The poles of the prototype are at radius 1 and quality 1 / (2 sin((2k + 1) pi / (2n))) (Butterworth, On the theory of
-filter amplifiers, 1930). At the corner fc the response is down by 3 dB; at most it is half the rate.
+The poles of the prototype are at radius 1 and quality 1 / (2 sin((2k + 1) pi / (2n))) (Butterworth,
+On the theory of filter amplifiers, 1930). At the corner fc the response is down by 3 dB; at most it
+is half the rate.
 """
 
 from proofmass.blocks.arithmetic.prototypes import LARGEST_ORDER, butterworth

@@ -1,8 +1,8 @@
 """Cascaded integrators and combs: H(z) = ((1 - z^-ratio) / (ratio (1 - z^-1)))^order, once in `ratio` ticks.
 
-(Hogenauer, An economical class of digital filters for decimation and interpolation, IEEE Trans. ASSP 29, 1981.) It is
-summed as the finite response that it is, `order` sums at a time, so that nothing grows and nothing wraps: the same
-numbers as registers that wrap, without their poles at 1.
+(Hogenauer, An economical class of digital filters for decimation and interpolation, IEEE Trans.
+ASSP 29, 1981.) It is summed as the finite response that it is, `order` sums at a time, so that
+nothing grows and nothing wraps: the same numbers as registers that wrap, without their poles at 1.
 """
 
 from proofmass.blocks.arithmetic.decimation import accumulate

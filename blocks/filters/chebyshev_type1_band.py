@@ -1,7 +1,7 @@
 """Chebyshev band-pass or band-stop: its prototype with s = (s^2 + w0^2) / (b s), or one over that.
 
-w0^2 = t1 t2, b = t2 - t1, t = tan(pi f T) at both edges; 2n poles (Oppenheim and Schafer, Discrete-Time Signal
-Processing, section 7.1).
+w0^2 = t1 t2, b = t2 - t1, t = tan(pi f T) at both edges; 2n poles (Oppenheim and Schafer,
+Discrete-Time Signal Processing, section 7.1).
 """
 
 from proofmass.blocks.arithmetic.bands import banded

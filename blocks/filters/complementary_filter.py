@@ -1,7 +1,8 @@
 """Complementary filter: y[n] = a (y[n-1] + T slope[n]) + (1 - a) reference[n], a = tau / (tau + T).
 
-High-pass for the integral of the slope, low-pass for the reference, and the sum of both is 1 (Higgins, A comparison of
-complementary and Kalman filtering, IEEE Trans. Aerospace and Electronic Systems 11, 1975).
+High-pass for the integral of the slope, low-pass for the reference, and the sum of both is 1
+(Higgins, A comparison of complementary and Kalman filtering, IEEE Trans. Aerospace and Electronic
+Systems 11, 1975).
 """
 
 from typing import NamedTuple

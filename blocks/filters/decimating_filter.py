@@ -1,8 +1,8 @@
 """Decimating low-pass: h[k] = g sinc(2 fc T (k - m)) w[k], m = (length - 1) / 2, once in `ratio` ticks; sum h = 1.
 
-w is Kaiser's window, I0(beta sqrt(1 - (k/m - 1)^2)) / I0(beta): beta = 0.1102 (A - 8.7) puts the stop-band A dB down, A
-over 50, behind a transition of (A - 7.95) / (14.36 (length - 1) T) Hz (Oppenheim and Schafer, Discrete-Time Signal
-Processing, section 7.5).
+w is Kaiser's window, I0(beta sqrt(1 - (k/m - 1)^2)) / I0(beta): beta = 0.1102 (A - 8.7) puts the
+stop-band A dB down, A over 50, behind a transition of (A - 7.95) / (14.36 (length - 1) T) Hz
+(Oppenheim and Schafer, Discrete-Time Signal Processing, section 7.5).
 """
 
 import math

@@ -1,7 +1,7 @@
 """Elliptic filter: |H|^2 = 1 / (1 + e^2 cd(n u K1, k1)^2), W = cd(u K, k), W = tan(pi f T) / tan(pi fc T), or 1 / W.
 
-e^2 = 10^(ripple / 10) - 1; k1^2 = e^2 / (10^(attenuation / 10) - 1), and k follows from the order (Orfanidis, Lecture
-Notes on Elliptic Filter Design, 2006).
+e^2 = 10^(ripple / 10) - 1; k1^2 = e^2 / (10^(attenuation / 10) - 1), and k follows from the order
+(Orfanidis, Lecture Notes on Elliptic Filter Design, 2006).
 """
 
 from collections.abc import Iterator

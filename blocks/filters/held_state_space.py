@@ -1,7 +1,8 @@
 """Continuous state space of any order and size: x' = A x + B u, y = C x + D u, for inputs that are held over a tick.
 
-The step is exact: x[n+1] = e^(A T) x[n] + the integral of e^(A t) B u[n] over a tick, by the exponential of the
-balanced matrix [[A, B], [0, 0]] T (Van Loan, IEEE Trans. Automatic Control 23, 1978).
+The step is exact: x[n+1] = e^(A T) x[n] + the integral of e^(A t) B u[n] over a tick, by the
+exponential of the balanced matrix [[A, B], [0, 0]] T (Van Loan, IEEE Trans. Automatic Control 23,
+1978).
 """
 
 from proofmass.blocks.arithmetic.modes import balanced_exponential

@@ -1,7 +1,7 @@
 """Lead-lag compensator: H(s) = gain (1 + s / (2 pi fz)) / (1 + s / (2 pi fp)) with s = (2 / T) (z - 1) / (z + 1).
 
-Its phase is largest at sqrt(fz fp): a lead where fz < fp, a lag where fz > fp (Franklin, Powell and Workman, Digital
-Control of Dynamic Systems, section 6.1).
+Its phase is largest at sqrt(fz fp): a lead where fz < fp, a lag where fz > fp (Franklin, Powell and
+Workman, Digital Control of Dynamic Systems, section 6.1).
 """
 
 import math

@@ -1,7 +1,7 @@
 """State space of several inputs and outputs: x' = A x + B u, y = C x; continuous, of order 1 to 8.
 
-Inputs and outputs beyond the sizes count nothing. States beyond the order stay zero: each decays by itself, at about
-the largest rate of the others. A direct path D u is a Gain beside it.
+Inputs and outputs beyond the sizes count nothing. States beyond the order stay zero: each decays by
+itself, at about the largest rate of the others. A direct path D u is a Gain beside it.
 """
 
 from collections.abc import Iterator

@@ -1,7 +1,7 @@
 """Median filter: y[n] = the middle one of u[n], u[n-1], ... u[n-length+1], sorted; zero before tick 0.
 
-The samples are kept in order, so that a tick takes `length` comparisons at most (Huang, Yang and Tang, IEEE Trans. ASSP
-27, 1979).
+The samples are kept in order, so that a tick takes `length` comparisons at most (Huang, Yang and
+Tang, IEEE Trans. ASSP 27, 1979).
 """
 
 from collections.abc import Iterator

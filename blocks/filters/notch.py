@@ -1,7 +1,8 @@
 """Notch: H(z) = g (1 - 2 cos(w) z^-1 + z^-2) / (1 - 2 g cos(w) z^-1 + (2g - 1) z^-2), w = 2 pi f T.
 
-g = 1 / (1 + tan(w / (2 quality))); f / quality is the band in which it is down by 3 dB or more (Orfanidis, Introduction
-to Signal Processing, section 11.3). `band` is what the notch takes out: 1 - H, a resonator with gain 1 at f.
+g = 1 / (1 + tan(w / (2 quality))); f / quality is the band in which it is down by 3 dB or more
+(Orfanidis, Introduction to Signal Processing, section 11.3). `band` is what the notch takes out:
+1 - H, a resonator with gain 1 at f.
 """
 
 import math

@@ -1,8 +1,8 @@
 """Operations on 64-bit integers and on numbers, with the same bits as in Python.
 
-Each has a function for its value and, if it can fail, one that says whether it fails. Plain Python then raises;
-compiled code notes the fault and goes on with a value that is never used. All are plain functions of numbers, which any
-compiler of such functions can take.
+Each has a function for its value and, if it can fail, one that says whether it fails. Plain Python
+then raises; compiled code notes the fault and goes on with a value that is never used. All are
+plain functions of numbers, which any compiler of such functions can take.
 """
 
 import math
@@ -113,8 +113,8 @@ def power_fails(a: int, k: int) -> bool:
 def true_divide(a: int, b: int) -> float:
     """Quotient of integers, rounded once; if both are exact as numbers, a division of numbers does that.
 
-    Otherwise the bits of the quotient are computed one by one, two more than a number has, and a last bit that says
-    whether there is a remainder.
+    Otherwise the bits of the quotient are computed one by one, two more than a number has, and a
+    last bit that says whether there is a remainder.
     """
     if b == 0:
         return 0.0

@@ -56,7 +56,7 @@ class Expressions:
         made, kind = self.number(node)
         return made if kind is bool else ast.copy_location(ast.Compare(made, [ast.NotEq()], [ast.Constant(0)]), node)
 
-    # -- types -----------------------------------------------------------------------------------------------------
+    # -- types -------------------------------------------------------------------------------------
 
     def number(self, node: ast.expr) -> Typed:
         """Rewrite an expression that must be a number, an integer or a truth value."""
@@ -111,7 +111,7 @@ class Expressions:
                 raise refuse(node, f"{what} {described(first)} in one case and {described(kind)} in another", hint)
         return [expression for expression, _ in values], first
 
-    # -- expressions -----------------------------------------------------------------------------------------------
+    # -- expressions -------------------------------------------------------------------------------
 
     def _constant(self, node: ast.Constant) -> Typed:
         return self.literal(node, node.value)

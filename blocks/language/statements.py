@@ -69,7 +69,7 @@ class Statements(Loops):
                 self.scope.types[name] = RefusedType()
                 self.scope.assigned.add(name)
 
-    # -- assignments -----------------------------------------------------------------------------------------------
+    # -- assignments -------------------------------------------------------------------------------
 
     def _assign(self, node: ast.Assign) -> None:
         value = self.expression(node.value)
@@ -162,7 +162,7 @@ class Statements(Loops):
         self.scope.assigned.add(name)
         return expression
 
-    # -- decisions -------------------------------------------------------------------------------------------------
+    # -- decisions ---------------------------------------------------------------------------------
 
     def _if(self, node: ast.If) -> bool:
         test = self.test(node.test)
@@ -194,7 +194,7 @@ class Statements(Loops):
         made, _ = self.expression(node.value)
         self.lines.append(ast.Expr(made))
 
-    # -- the end ---------------------------------------------------------------------------------------------------
+    # -- the end -----------------------------------------------------------------------------------
 
     def _return(self, node: ast.Return) -> bool:
         made, kind = self.expression(node.value) if _is_value(node.value) else (ast.Constant(None), NOTHING)  # type: ignore[arg-type]

@@ -2,9 +2,9 @@
 
     flux = Bs (tanh((H + h) / Hs) - tanh((H - h) / Hs)),   h = field / (mu0 (1 + demagnetisation Bs / (mu0 Hs)))
 
-H is the excitation, and flux that of both cores through one winding, over its area; it is zero before tick 0. Of a
-field it makes even harmonics of the excitation alone, the second above all (Ripka, Magnetic Sensors and Magnetometers,
-2001, chapter 3).
+H is the excitation, and flux that of both cores through one winding, over its area; it is zero
+before tick 0. Of a field it makes even harmonics of the excitation alone, the second above all
+(Ripka, Magnetic Sensors and Magnetometers, 2001, chapter 3).
 """
 
 from typing import NamedTuple

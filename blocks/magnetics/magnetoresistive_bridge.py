@@ -1,9 +1,10 @@
 """Magnetoresistive bridge: voltage = supply (ratio m + imbalance), m = B / sqrt(B^2 + Bk^2).
 
-Opposite arms have conductances G (1 + ratio m) and G (1 - ratio m): a free layer that a field Bk across B biases turns
-to the sum of both, by asin(m). ratio is half of the whole change: TMR / (2 + TMR), with the TMR of data sheets between
-antiparallel and parallel layers over the lower resistance. About zero it is supply ratio B / Bk (Freitas et al.,
-Magnetoresistive sensors, J. Phys.: Condens. Matter 19, 2007).
+Opposite arms have conductances G (1 + ratio m) and G (1 - ratio m): a free layer that a field Bk
+across B biases turns to the sum of both, by asin(m). ratio is half of the whole change: TMR / (2 +
+TMR), with the TMR of data sheets between antiparallel and parallel layers over the lower
+resistance. About zero it is supply ratio B / Bk (Freitas et al., Magnetoresistive sensors, J.
+Phys.: Condens. Matter 19, 2007).
 """
 
 import math

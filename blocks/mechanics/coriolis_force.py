@@ -1,5 +1,5 @@
-"""Coriolis force of one mode of a vibratory gyroscope on the other: F = s 2 m Omega v (Sarraf et al. 2012, section 3.3,
-equations 6 and 7; the paper prints dy/dt in both).
+"""Coriolis force of one mode of a vibratory gyroscope on the other: F = s 2 m Omega v (Sarraf et
+al. 2012, section 3.3, equations 6 and 7; the paper prints dy/dt in both).
 
 The sign s is +1 for the force on the drive mode and -1 for that on the sense mode: together they do no work.
 """

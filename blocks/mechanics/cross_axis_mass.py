@@ -1,7 +1,8 @@
 """Inertial force on a proof mass with cross-axis errors: F = -m (a + s1 b + s2 c + k2 a^2 + k12 a b + k13 a c).
 
-a is the acceleration along the sensing axis, b and c those across it. s are angles of the axis, k2 the second-order
-coefficient, k12 and k13 cross-coupling coefficients (IEEE Std 1293, model equation), in s^2/m: divide those per g by g.
+a is the acceleration along the sensing axis, b and c those across it. s are angles of the axis, k2
+the second-order coefficient, k12 and k13 cross-coupling coefficients (IEEE Std 1293, model
+equation), in s^2/m: divide those per g by g.
 """
 
 from proofmass.blocks.declaration.declare import Block, Input, param

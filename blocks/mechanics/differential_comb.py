@@ -1,10 +1,10 @@
 """Differential comb with fringe: C1 = C' (overlap + x), C2 = C' (overlap - x), F = C' (V1^2 - V2^2) / 2.
 
-C' = 2 N eps0 (h + fringe e) / g of N fingers of height h, each with a gap g on both of its sides. The field at the
-upper and the lower edges counts as more height, e = ((g + t) ln(1 + 2 g / t) + g ln(t (2 g + t) / g^2)) / pi for
-fingers of thickness t in a long row: the map of Schwarz and Christoffel, to 1e-5 where h > 2 g, with nothing above or
-below. Neighbours share their fringe: two plates by themselves have more. A comb that is pulled out has no capacitance
-and no force.
+C' = 2 N eps0 (h + fringe e) / g of N fingers of height h, each with a gap g on both of its sides.
+The field at the upper and the lower edges counts as more height, e = ((g + t) ln(1 + 2 g / t) + g
+ln(t (2 g + t) / g^2)) / pi for fingers of thickness t in a long row: the map of Schwarz and
+Christoffel, to 1e-5 where h > 2 g, with nothing above or below. Neighbours share their fringe: two
+plates by themselves have more. A comb that is pulled out has no capacitance and no force.
 """
 
 import math

@@ -1,9 +1,10 @@
 """Mass, spring and damper stepped as digital hardware would: m x'' + c x' + k x = F by two integrators of step T.
 
-v1 = v + T a, x1 = x + T v, where a = (F - c v - k x) / m is taken partly before the step, partly at its end, and so is
-v. Forward Euler: both before (0, 0); semi-implicit: the new v (0, 1); Tustin's rule: means of both (1/2, 1/2), F held.
-Sarraf et al. 2012 (section 2.1, Fig. 2e) build their reference model of two integrators and do not say which. Forward
-Euler takes T k off the damping and is stable only for T < c / k. A MassSpringDamper is exact.
+v1 = v + T a, x1 = x + T v, where a = (F - c v - k x) / m is taken partly before the step, partly at
+its end, and so is v. Forward Euler: both before (0, 0); semi-implicit: the new v (0, 1); Tustin's
+rule: means of both (1/2, 1/2), F held. Sarraf et al. 2012 (section 2.1, Fig. 2e) build their
+reference model of two integrators and do not say which. Forward Euler takes T k off the damping and
+is stable only for T < c / k. A MassSpringDamper is exact.
 """
 
 from typing import NamedTuple

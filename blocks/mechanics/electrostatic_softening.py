@@ -1,7 +1,7 @@
 """Electrostatic softening: F = 2 C0 V^2 x / (d^2 (1 - (x / d)^2)^2), a plate between two others at one voltage V.
 
-About x = 0 it is a negative stiffness of 2 C0 V^2 / d^2: it tunes a resonance, or hides a spring (Kaajakari, Practical
-MEMS, 2009, section 13.2).
+About x = 0 it is a negative stiffness of 2 C0 V^2 / d^2: it tunes a resonance, or hides a spring
+(Kaajakari, Practical MEMS, 2009, section 13.2).
 """
 
 import math

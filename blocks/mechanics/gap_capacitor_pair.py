@@ -1,7 +1,8 @@
 """Pair of capacitors with a moving plate between: C1 = C0 / (1 - x), C2 = C0 / (1 + x), x = lever displacement / gap.
 
-For small x the difference is C1 - C2 = k1 displacement with k1 = 2 C0 lever / gap; C1 / (C1 + C2) = (1 + x) / 2 holds
-over the whole gap (Sarraf et al. 2012, section 3.2; digital quartz accelerometer, section II.B.2).
+For small x the difference is C1 - C2 = k1 displacement with k1 = 2 C0 lever / gap; C1 / (C1 + C2) =
+(1 + x) / 2 holds over the whole gap (Sarraf et al. 2012, section 3.2; digital quartz accelerometer,
+section II.B.2).
 """
 
 from proofmass.blocks.arithmetic.rounding import saturated

@@ -1,9 +1,10 @@
 """Pull of an electromagnet: F = C (i0 + i)^2 / (d - x)^2, C = mu0 N^2 A / 4.
 
-N is the number of turns in all, and A the area of each of its two poles. The flux crosses two gaps of d - x, as under a
-horseshoe or a radial bearing. A pair pulls with i0 - i and d + x the other way. About i = 0, x = 0 one magnet has the
-gain 2 C i0 / d^2 and a negative stiffness of 2 C i0^2 / d^3, and a pair twice both: without a controller the mass falls
-or sticks (Schweitzer and Maslen, Magnetic Bearings, 2009, chapter 2).
+N is the number of turns in all, and A the area of each of its two poles. The flux crosses two gaps
+of d - x, as under a horseshoe or a radial bearing. A pair pulls with i0 - i and d + x the other
+way. About i = 0, x = 0 one magnet has the gain 2 C i0 / d^2 and a negative stiffness of 2 C i0^2 /
+d^3, and a pair twice both: without a controller the mass falls or sticks (Schweitzer and Maslen,
+Magnetic Bearings, 2009, chapter 2).
 """
 
 import math

@@ -1,8 +1,8 @@
 """Reduced-order model of a structure: M x'' + C x' + K x = B F, y = R x, by its lowest modes.
 
-M, C and K come from a finite-element program, B has a column for each force, R a row for each point that is read. The
-step is exact for forces held over a tick. Modes that are left out add nothing, also not at rest (Craig and Kurdila,
-Fundamentals of Structural Dynamics, 2006, chapters 10 and 17).
+M, C and K come from a finite-element program, B has a column for each force, R a row for each point
+that is read. The step is exact for forces held over a tick. Modes that are left out add nothing,
+also not at rest (Craig and Kurdila, Fundamentals of Structural Dynamics, 2006, chapters 10 and 17).
 """
 
 from collections.abc import Iterator

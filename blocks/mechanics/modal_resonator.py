@@ -1,7 +1,8 @@
 """Resonator of n modes: m_i (q_i'' + w_i / Q_i q_i' + w_i^2 q_i) = a_i F, displacement = sum of b_i q_i.
 
-w_i = 2 pi frequency_i; a and b are the shapes of the modes where the force acts and where the motion is read. The step
-is exact for a force held over a tick (Meirovitch, Fundamentals of Vibrations, 2001, section 7.15).
+w_i = 2 pi frequency_i; a and b are the shapes of the modes where the force acts and where the
+motion is read. The step is exact for a force held over a tick (Meirovitch, Fundamentals of
+Vibrations, 2001, section 7.15).
 """
 
 import math

@@ -1,8 +1,9 @@
 """Two modes: m x'' + cx x' + cxy y' + kx x + kxy y = Fx + 2 k m W y', and for y with Fy - 2 k m W x'.
 
-x is the drive mode, y the sense mode, W the rotation, k the angular gain between them: 1 for a mass that moves as a
-whole, n times Bryan's factor of a ring whose waves are n around it. kxy = 2 k m wx Wq makes quadrature, in phase with x
-and as large as that of the rate Wq; cxy = 2 k m Wd, anisodamping, cannot be told from a rate (IEEE Std 1431).
+x is the drive mode, y the sense mode, W the rotation, k the angular gain between them: 1 for a mass
+that moves as a whole, n times Bryan's factor of a ring whose waves are n around it. kxy = 2 k m wx
+Wq makes quadrature, in phase with x and as large as that of the rate Wq; cxy = 2 k m Wd,
+anisodamping, cannot be told from a rate (IEEE Std 1431).
 """
 
 import math

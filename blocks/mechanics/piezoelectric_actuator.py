@@ -1,7 +1,8 @@
 """Piezoelectric actuator: F = coupling V - stiffness x, charge q = coupling x + capacitance V.
 
-Of a stack of n discs of thickness t and area A: coupling = n d33 A / (s33 n t), stiffness = A / (s33 n t), the
-capacitance is that of the blocked stack; both lines share one coupling (IEEE Std 176, section 2).
+Of a stack of n discs of thickness t and area A: coupling = n d33 A / (s33 n t), stiffness = A /
+(s33 n t), the capacitance is that of the blocked stack; both lines share one coupling (IEEE Std
+176, section 2).
 """
 
 from proofmass.blocks.declaration.declare import Block, Input, param

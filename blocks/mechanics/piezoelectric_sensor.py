@@ -1,9 +1,9 @@
 """Piezoelectric sense electrode: C V' = coupling v - V / R, v the velocity, V the voltage on the capacitance C.
 
-A high-pass of the displacement with the corner 1 / (2 pi R C): V = coupling x / C above it (IEEE Std 176; Senturia,
-Microsystem Design, 2001, chapter 21). The charge amplifier of a short-circuited electrode reads coupling v. The current
-counts out of the electrode. That of a PiezoelectricActuator counts in: the coupling of one and the same electrode has
-the other sign there.
+A high-pass of the displacement with the corner 1 / (2 pi R C): V = coupling x / C above it (IEEE
+Std 176; Senturia, Microsystem Design, 2001, chapter 21). The charge amplifier of a short-circuited
+electrode reads coupling v. The current counts out of the electrode. That of a PiezoelectricActuator
+counts in: the coupling of one and the same electrode has the other sign there.
 """
 
 from typing import NamedTuple

@@ -1,7 +1,7 @@
 """Pendulum drawn to its stop: plate_angle = stop_angle while `attach` is true, else the angle of the pendulum.
 
-In open loop the plate of a quartz accelerometer lies on a fixed one; the bridge then reads eq. 16 whatever the
-acceleration (digital quartz accelerometer, section III.A, Fig. 4).
+In open loop the plate of a quartz accelerometer lies on a fixed one; the bridge then reads eq. 16
+whatever the acceleration (digital quartz accelerometer, section III.A, Fig. 4).
 """
 
 from proofmass.blocks.declaration.declare import Block, Input, param

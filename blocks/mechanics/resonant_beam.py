@@ -1,9 +1,10 @@
 """Mode of a beam under an axial force N: m x'' + m w0 / Q x' + m w0^2 (1 + N / Nc) x = F, f = f0 sqrt(1 + N / Nc).
 
-Tension is positive, and Nc is the slope's: m w0^2 over the change of stiffness per force. Of a beam clamped at both
-ends Nc = 3.39 E b h^3 / L^2, f0 = 1.028 h / L^2 sqrt(E / rho) (Albert, Vibrating quartz crystal beam accelerometer,
-1982, has 3.40). That is 3 % above Euler's load, 3.29, at which it buckles, since its shape under load is another. A
-beam hinged at both ends has one and the same, 0.822.
+Tension is positive, and Nc is the slope's: m w0^2 over the change of stiffness per force. Of a beam
+clamped at both ends Nc = 3.39 E b h^3 / L^2, f0 = 1.028 h / L^2 sqrt(E / rho) (Albert, Vibrating
+quartz crystal beam accelerometer, 1982, has 3.40). That is 3 % above Euler's load, 3.29, at which
+it buckles, since its shape under load is another. A beam hinged at both ends has one and the same,
+0.822.
 """
 
 import math

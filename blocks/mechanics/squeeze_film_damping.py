@@ -1,8 +1,9 @@
 """Squeeze-film damping of a rectangular plate: F = -c v, c = b m L W^3 / h^3 at rest, m the viscosity, L >= W.
 
-b = 1 - 192 / pi^5 W / L sum of tanh(n pi L / (2 W)) / n^5 over odd n: 1 for a long strip, 0.42 for a square (Bao,
-Analysis and Design Principles of MEMS Devices, 2005, section 3.3). Towards a wall c grows as 1 / (1 - x / h)^3; with a
-wall on both sides the two add up. For slow motion of plates without holes: the film has no stiffness.
+b = 1 - 192 / pi^5 W / L sum of tanh(n pi L / (2 W)) / n^5 over odd n: 1 for a long strip, 0.42 for
+a square (Bao, Analysis and Design Principles of MEMS Devices, 2005, section 3.3). Towards a wall c
+grows as 1 / (1 - x / h)^3; with a wall on both sides the two add up. For slow motion of plates
+without holes: the film has no stiffness.
 """
 
 import math

@@ -1,8 +1,8 @@
 """Thermal expansion: elongation = length s, s = (expansion - frame_expansion) D + quadratic D^2, D = T - T0.
 
-Coefficients are those at T0; `quadratic` is half the slope of the coefficient over temperature. A beam between two ends
-of its frame cannot grow: its axial force is -E A s, as long as it does not buckle (Timoshenko and Gere, Mechanics of
-Materials, section 2.5). Wire it to a ResonantBeam.
+Coefficients are those at T0; `quadratic` is half the slope of the coefficient over temperature. A
+beam between two ends of its frame cannot grow: its axial force is -E A s, as long as it does not
+buckle (Timoshenko and Gere, Mechanics of Materials, section 2.5). Wire it to a ResonantBeam.
 """
 
 from proofmass.blocks.declaration.declare import Block, Input, param

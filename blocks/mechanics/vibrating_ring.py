@@ -3,13 +3,14 @@
     x'' - 2 n k W y' + cx x' + cxy y' + (w^2 - d cos 2t) x - d sin 2t y = Fx / m
     y'' + 2 n k W x' + cxy x' + cy y' - d sin 2t x + (w^2 + d cos 2t) y = Fy / m
 
-The shell moves outwards by x cos n a + y sin n a at the angle a around it, so that an angle in the plane of x and y is
-n times that on the shell. W is the rate, far below w, and k is Bryan's factor: a wave that vibrates freely lags behind
-the shell by k times the angle that the case turns through. That of a thin ring is 2/(n^2 + 1).
-d = w dw with dw the difference of the frequencies and t the modal angle of the softer axis from x; cx = 2/T + D cos 2s,
-cy = 2/T - D cos 2s, cxy = D sin 2s with time constant T, and D the difference of 1/T along and across the modal angle s
-(Bryan, On the beats in the vibrations of a revolving cylinder or bell, 1890; Lynch, Vibratory gyro analysis by the
-method of averaging, 1995).
+The shell moves outwards by x cos n a + y sin n a at the angle a around it, so that an angle in the
+plane of x and y is n times that on the shell. W is the rate, far below w, and k is Bryan's factor:
+a wave that vibrates freely lags behind the shell by k times the angle that the case turns through.
+That of a thin ring is 2/(n^2 + 1).
+d = w dw with dw the difference of the frequencies and t the modal angle of the softer axis from x;
+cx = 2/T + D cos 2s, cy = 2/T - D cos 2s, cxy = D sin 2s with time constant T, and D the difference
+of 1/T along and across the modal angle s (Bryan, On the beats in the vibrations of a revolving
+cylinder or bell, 1890; Lynch, Vibratory gyro analysis by the method of averaging, 1995).
 """
 
 import math

@@ -1,7 +1,7 @@
 """Constant drift: value = nominal (1 + offset).
 
-All drifts have this form, so that one may follow another: wire the `value` of one to `nominal` of the next and the
-factors multiply, wire the last to a parameter and it moves.
+All drifts have this form, so that one may follow another: wire the `value` of one to `nominal` of
+the next and the factors multiply, wire the last to a parameter and it moves.
 """
 
 from proofmass.blocks.declaration.declare import Block, param

@@ -1,7 +1,8 @@
 """First-order Gauss-Markov process: value = nominal (1 + d), d' = -d / correlation_time + white noise.
 
-Exactly discretised (Brown and Hwang, Introduction to Random Signals and Applied Kalman Filtering, ch. 4), with T the
-period of the block: d[n] = a d[n-1] + standard_deviation sqrt(1 - a^2) n, a = exp(-T / correlation_time).
+Exactly discretised (Brown and Hwang, Introduction to Random Signals and Applied Kalman Filtering,
+ch. 4), with T the period of the block: d[n] = a d[n-1] + standard_deviation sqrt(1 - a^2) n, a =
+exp(-T / correlation_time).
 """
 
 import math

@@ -3,8 +3,8 @@
     output = (1 + scale + scale_temperature D) u + asymmetry |u| + second_order u^2
              + bias + bias_temperature D + acceleration_sensitivity a + noise
 
-The mean that second_order makes of a vibration is the rectification error (IEEE Std 1293, sections 5 and 12; IEEE Std
-1431, section 5).
+The mean that second_order makes of a vibration is the rectification error (IEEE Std 1293, sections
+5 and 12; IEEE Std 1431, section 5).
 """
 
 from proofmass.blocks.declaration.declare import Block, Input, param

@@ -1,7 +1,7 @@
 """Random walk: value = nominal (1 + w), w[0] = 0, w[n+1] = w[n] + coefficient sqrt(T) n, with standard normal n.
 
-T is the period of the block. The deviation has variance coefficient^2 t and Allan deviation coefficient sqrt(tau / 3)
-(IEEE Std 952, annex C, with K for the coefficient).
+T is the period of the block. The deviation has variance coefficient^2 t and Allan deviation
+coefficient sqrt(tau / 3) (IEEE Std 952, annex C, with K for the coefficient).
 """
 
 import math

@@ -1,8 +1,8 @@
 """Fibre coupler: through = t ((1 - k) P1 + k P2 + B), cross = t (k P1 + (1 - k) P2 - B), t the transmission.
 
-B = 2 coherence sqrt(k (1 - k) P1 P2) sin(phase): a wave that crosses falls behind by a quarter turn, and so what
-interference adds to one output the other lacks (Saleh and Teich, Fundamentals of Photonics, section 8.5). The phase is
-that by which the second wave is ahead of the first.
+B = 2 coherence sqrt(k (1 - k) P1 P2) sin(phase): a wave that crosses falls behind by a quarter
+turn, and so what interference adds to one output the other lacks (Saleh and Teich, Fundamentals of
+Photonics, section 8.5). The phase is that by which the second wave is ahead of the first.
 """
 
 import math

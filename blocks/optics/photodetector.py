@@ -1,8 +1,8 @@
 """Photodetector: current = I + s n, I = L + dark_current, L = responsivity power, s^2 = (2 e I + L^2 r) fs / 2.
 
-2 e I is the one-sided density of shot noise, r that of relative intensity noise, of the light alone; fs is the rate of
-the block, n standard normal. Both are white and independent, and so is their sum (Saleh and Teich, Fundamentals of
-Photonics, chapter 19).
+2 e I is the one-sided density of shot noise, r that of relative intensity noise, of the light
+alone; fs is the rate of the block, n standard normal. Both are white and independent, and so is
+their sum (Saleh and Teich, Fundamentals of Photonics, chapter 19).
 """
 
 import math

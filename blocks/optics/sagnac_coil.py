@@ -1,7 +1,7 @@
 """Fibre coil: phase[n] = 2 pi L D / (wavelength c) rotation[n] + modulation[n] - modulation[n - transit].
 
-The two waves through the coil pass the modulator at its end `transit` ticks apart: L index / c in time (Lefevre, The
-Fiber-Optic Gyroscope, 2014, chapters 2 and 3).
+The two waves through the coil pass the modulator at its end `transit` ticks apart: L index / c in
+time (Lefevre, The Fiber-Optic Gyroscope, 2014, chapters 2 and 3).
 """
 
 import math

@@ -1,8 +1,9 @@
 """Loop filter of a second-order phase-locked loop: y[n] = Kp u[n] + Ki T (u[0] + ... + u[n]).
 
-With K = 2 pi detector_gain oscillator_gain: Kp = 2 damping wn / K, Ki = wn^2 / K, wn = 2 pi natural_frequency, so that
-the closed loop is (2 damping wn s + wn^2) / (s^2 + 2 damping wn s + wn^2) where it is slow against the rate; its noise
-bandwidth is wn (damping + 1 / (4 damping)) / 2 Hz, one-sided (Gardner, Phaselock Techniques, 2005, chapter 2).
+With K = 2 pi detector_gain oscillator_gain: Kp = 2 damping wn / K, Ki = wn^2 / K, wn = 2 pi
+natural_frequency, so that the closed loop is (2 damping wn s + wn^2) / (s^2 + 2 damping wn s +
+wn^2) where it is slow against the rate; its noise bandwidth is wn (damping + 1 / (4 damping)) / 2
+Hz, one-sided (Gardner, Phaselock Techniques, 2005, chapter 2).
 """
 
 import math

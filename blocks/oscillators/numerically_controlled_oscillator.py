@@ -1,8 +1,9 @@
 """Oscillator whose phase is the integral of its frequency: turns[n+1] = turns[n] + T (frequency + gain control[n]).
 
-The whole turns are taken off in each tick, and each tick of less than half a turn rounds by at most 2^-52 turns: after
-k ticks the phase is off by 2 pi k 2^-52 rad at most, 6 mrad after a year at 128 kHz. T is the period of the block.
-Outputs are offset-free: amplitude sin(2 pi turns), amplitude cos(2 pi turns), and the phase itself. The
+The whole turns are taken off in each tick, and each tick of less than half a turn rounds by at most
+2^-52 turns: after k ticks the phase is off by 2 pi k 2^-52 rad at most, 6 mrad after a year at 128
+kHz. T is the period of the block. Outputs are offset-free: amplitude sin(2 pi turns), amplitude
+cos(2 pi turns), and the phase itself. The
 leading pair makes up for a delay of phase: half a tick for a force that is held.
 """
 

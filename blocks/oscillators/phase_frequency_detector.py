@@ -1,7 +1,8 @@
 """Phase-frequency detector: output = level (up - down); an edge of the reference sets up, one of the signal down.
 
-Where both are set both are cleared at once. Its mean is level d / (2 pi) for a phase difference d within a turn to
-either side, and has the sign of the frequency difference beyond (Gardner, Phaselock Techniques, 2005, chapter 10).
+Where both are set both are cleared at once. Its mean is level d / (2 pi) for a phase difference d
+within a turn to either side, and has the sign of the frequency difference beyond (Gardner,
+Phaselock Techniques, 2005, chapter 10).
 """
 
 from typing import NamedTuple

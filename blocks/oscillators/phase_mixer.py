@@ -1,7 +1,7 @@
 """Mixer as phase detector: output = 2 first second / (first_amplitude second_amplitude).
 
-Of A sin(f + d) and B cos(f) it is sin(d) + sin(2 f + d): the phase difference in rad where it is small, and a ripple of
-twice the frequency (Gardner, Phaselock Techniques, 2005, chapter 10).
+Of A sin(f + d) and B cos(f) it is sin(d) + sin(2 f + d): the phase difference in rad where it is
+small, and a ripple of twice the frequency (Gardner, Phaselock Techniques, 2005, chapter 10).
 """
 
 from proofmass.blocks.declaration.declare import Block, Input, param

@@ -1,8 +1,8 @@
 """Synchronous demodulator: i = 2 / N sum of s sin, q = 2 / N sum of s cos over N ticks: matched to a carrier.
 
-Of s = A sin(f + d) and references sin(f), cos(f) it gives i = A cos(d), q = A sin(d), without ripple where N ticks are
-whole periods. White noise of s comes through with sqrt(2 / N) of its deviation (Proakis, Digital Communications,
-section 4.2).
+Of s = A sin(f + d) and references sin(f), cos(f) it gives i = A cos(d), q = A sin(d), without
+ripple where N ticks are whole periods. White noise of s comes through with sqrt(2 / N) of its
+deviation (Proakis, Digital Communications, section 4.2).
 """
 
 from typing import NamedTuple

@@ -1,7 +1,8 @@
 """Elements of the ellipse in which two degenerate modes vibrate, from the components of both along sine and cosine.
 
-Modes x = cx sin f + sx cos f and y = cy sin f + sy cos f move along an ellipse: half axes a and q, with a at the angle
-g from x, and the phase f + d. D. D. Lynch's variables (Vibratory gyro analysis by the method of averaging, 1995) are
+Modes x = cx sin f + sx cos f and y = cy sin f + sy cos f move along an ellipse: half axes a and q,
+with a at the angle g from x, and the phase f + d. D. D. Lynch's variables (Vibratory gyro analysis
+by the method of averaging, 1995) are
 
     E = cx^2 + sx^2 + cy^2 + sy^2 = a^2 + q^2              Q = 2 (cx sy - cy sx) = 2 a q
     R = cx^2 + sx^2 - cy^2 - sy^2 = (a^2 - q^2) cos 2g     S = 2 (cx cy + sx sy) = (a^2 - q^2) sin 2g

@@ -1,7 +1,7 @@
 """Exclusive-or phase detector: output = level if the bits differ, else -level.
 
-Of two square waves d rad apart its mean is level (2 |d| / pi - 1): zero in quadrature, 2 level / pi per rad (Gardner,
-Phaselock Techniques, 2005, chapter 10).
+Of two square waves d rad apart its mean is level (2 |d| / pi - 1): zero in quadrature, 2 level / pi
+per rad (Gardner, Phaselock Techniques, 2005, chapter 10).
 """
 
 from proofmass.blocks.declaration.declare import Block, Input, param

@@ -1,7 +1,8 @@
 """Integrators and combs in registers that wrap: ((1 - z^-R) / (R (1 - z^-1)))^order, R = 2^bits, once in R ticks.
 
-Integrators run at every tick, combs once in R; all have the width of the input and order times bits more, so that what
-the integrators wrap the combs take off (Hogenauer, IEEE Trans. ASSP 29, 1981). The division by R^order is a shift.
+Integrators run at every tick, combs once in R; all have the width of the input and order times bits
+more, so that what the integrators wrap the combs take off (Hogenauer, IEEE Trans. ASSP 29, 1981).
+The division by R^order is a shift.
 """
 
 from typing import NamedTuple

@@ -1,8 +1,8 @@
 """Coefficient memory: four words, each = round(coefficient 2^f), for a1 exp(b1 T) + a2 exp(b2 T).
 
-Figure 1 of Liu, Li and Shen has it beside the compensation. `proofmass fit --write` fills it with physical values; the
-words are what the formats make of them. Where a factor is preloaded into a CORDIC (FixedCordicScaledExponential), its
-word is divided by the growth of the rotations.
+Figure 1 of Liu, Li and Shen has it beside the compensation. `proofmass fit --write` fills it with
+physical values; the words are what the formats make of them. Where a factor is preloaded into a
+CORDIC (FixedCordicScaledExponential), its word is divided by the growth of the rotations.
 """
 
 from typing import NamedTuple

@@ -1,7 +1,8 @@
 """Compensation register without a divider: value' = value (1 - deviation) when loaded.
 
-CompensationRegister divides by 1 + deviation (digital quartz accelerometer, eq. 22 and 30). What differs is a part
-deviation^2 of the value, 4e-8 for 200 ppm, and each load corrects what the one before has left.
+CompensationRegister divides by 1 + deviation (digital quartz accelerometer, eq. 22 and 30). What
+differs is a part deviation^2 of the value, 4e-8 for 200 ppm, and each load corrects what the one
+before has left.
 """
 
 from typing import NamedTuple

@@ -1,7 +1,8 @@
 """CORDIC exponential, pipelined: exponential[n] = exp(angle[n - L]), L rotations with one register each.
 
-The rotations are those of FixedCordicExponential, and so are the bits; a new angle enters in every tick, and its
-exponential comes L ticks later, L the iterations with the repeated ones. Before that the output is zero.
+The rotations are those of FixedCordicExponential, and so are the bits; a new angle enters in every
+tick, and its exponential comes L ticks later, L the iterations with the repeated ones. Before that
+the output is zero.
 """
 
 from proofmass.blocks.arithmetic.cordic import grown, hyperbolic_shifts

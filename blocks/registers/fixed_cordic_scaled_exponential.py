@@ -1,8 +1,9 @@
 """CORDIC exponential of a factor: output = preloaded K exp(angle), 0 <= angle < 1 (Liu, Li, Shen, section 3).
 
-The rotations of FixedCordicExponential begin at `preloaded` instead of 1/K, so that factor exp(angle) needs no
-multiplier where a memory holds factor / K (the paper counts three multipliers an exponential). A small factor has few
-significant bits to begin with: its format decides the accuracy.
+The rotations of FixedCordicExponential begin at `preloaded` instead of 1/K, so that factor
+exp(angle) needs no multiplier where a memory holds factor / K (the paper counts three multipliers
+an exponential). A small factor has few significant bits to begin with: its format decides the
+accuracy.
 """
 
 from typing import NamedTuple

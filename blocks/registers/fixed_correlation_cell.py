@@ -1,7 +1,8 @@
 """Correlation cell in registers: h[lag] = (sum of b[n-lag] y[n]) / (N + 1) over N = 2^order - 1 chips b = +1 or -1.
 
-A multiplexer takes y or -y, an accumulator sums, and a shift by the order divides (Sarraf et al. 2012, section 2.1,
-Fig. 2d). What it gives lacks a constant, the sum of the response over N + 1, as every cell does.
+A multiplexer takes y or -y, an accumulator sums, and a shift by the order divides (Sarraf et al.
+2012, section 2.1, Fig. 2d). What it gives lacks a constant, the sum of the response over N + 1, as
+every cell does.
 """
 
 from typing import NamedTuple

@@ -1,7 +1,8 @@
 """Damping controller in registers: c += gain * (h_R - h), once per period, of one coefficient of both responses.
 
-h is that of the device, h_R of its reference model (Sarraf et al. 2012, section 2.1, steps v and vi); why one, a
-DampingController says. The correction has 16 bits; counted in 2^-10 kg/s, 12 of them are after the point.
+h is that of the device, h_R of its reference model (Sarraf et al. 2012, section 2.1, steps v and
+vi); why one, a DampingController says. The correction has 16 bits; counted in 2^-10 kg/s, 12 of
+them are after the point.
 """
 
 from typing import NamedTuple

@@ -1,7 +1,8 @@
 """I/Q demodulator in registers: i = low-pass of 2 u sine, q = low-pass of 2 u cosine, Butterworth filters of order 2.
 
-The twin of an InPhaseQuadratureDemodulator: each product is exact, and so is the sum of a filter in direct form II
-transposed; states and outputs are rounded once (Oppenheim and Schafer, Discrete-Time Signal Processing, section 6.9).
+The twin of an InPhaseQuadratureDemodulator: each product is exact, and so is the sum of a filter in
+direct form II transposed; states and outputs are rounded once (Oppenheim and Schafer, Discrete-Time
+Signal Processing, section 6.9).
 """
 
 from typing import NamedTuple

@@ -1,7 +1,7 @@
 """Integrator in fixed point, forward Euler: y[n+1] = y[n] + gain Ts u[n], gain Ts / (z - 1).
 
-The sum has a format of its own, wider than the output where small increments must not be lost; it is rounded, and
-saturates or wraps, where it is kept.
+The sum has a format of its own, wider than the output where small increments must not be lost; it
+is rounded, and saturates or wraps, where it is kept.
 """
 
 from typing import NamedTuple

@@ -3,8 +3,9 @@
     a' = a + u - v1,  b' = b + a - 2 v1,  v1 = the level nearest to b;   c' = c + e - v2,  e = b - v1,  v2 nearest to c
     output[n] = v1[n-1] + (v2[n] - 2 v2[n-1] + v2[n-2])
 
-The twin of a MashModulator, exact but for the range of its registers: levels s (k - (2^B - 1) / 2), s = 2^(2-B), of
-either quantiser (Schreier and Temes, Understanding Delta-Sigma Data Converters, section 4.5).
+The twin of a MashModulator, exact but for the range of its registers: levels s (k - (2^B - 1) / 2),
+s = 2^(2-B), of either quantiser (Schreier and Temes, Understanding Delta-Sigma Data Converters,
+section 4.5).
 """
 
 from typing import NamedTuple

@@ -1,10 +1,11 @@
 """Mass, spring and damper in registers: v += T (a - (c/m) v - (k/m) x), x += T v, in micrometres and milliseconds.
 
-The reference model DUT-R of Sarraf et al. 2012 (section 2.1, Fig. 2e; section 3.1), of two digital integrators. Large
-numbers have 6 bits after the point (accelerations, k/m, c/m), small ones 30 (velocity, displacement): one g moves their
-accelerometer by 0.00998 um. The sum of accelerations is rounded once, each integrator once. Semi-implicit: x takes the
-new v; forward Euler: the one before. The semi-implicit x is half a step ahead of v; leapfrog gives x - T v / 2 as the
-displacement, which is of second order but for the force of the damper: a rule for resonators of little damping. k/m and
+The reference model DUT-R of Sarraf et al. 2012 (section 2.1, Fig. 2e; section 3.1), of two digital
+integrators. Large numbers have 6 bits after the point (accelerations, k/m, c/m), small ones 30
+(velocity, displacement): one g moves their accelerometer by 0.00998 um. The sum of accelerations is
+rounded once, each integrator once. Semi-implicit: x takes the new v; forward Euler: the one before.
+The semi-implicit x is half a step ahead of v; leapfrog gives x - T v / 2 as the displacement, which
+is of second order but for the force of the damper: a rule for resonators of little damping. k/m and
 c/m are inputs, for controllers to move.
 """
 

@@ -1,7 +1,8 @@
 """Octave shift: output = input 2^octave, by a shift to the left or to the right (Liu, Li, Shen, eq. 6).
 
-Bits that the output's format has no place for are dropped. The octaves of -64 to 64, the range of the paper's range
-reduction, are -93 to 92: of exp(-64) no bit is left, and exp(64), of 93 bits before the point, saturates.
+Bits that the output's format has no place for are dropped. The octaves of -64 to 64, the range of
+the paper's range reduction, are -93 to 92: of exp(-64) no bit is left, and exp(64), of 93 bits
+before the point, saturates.
 """
 
 from collections.abc import Iterator

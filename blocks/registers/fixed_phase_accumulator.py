@@ -1,8 +1,9 @@
 """Phase accumulator in fixed point: phase[n+1] = phase[n] + frequency T + control[n], in turns, modulo one turn.
 
-The register has as many bits below the point as in all, so that its overflow is the whole turn: frequencies are exact
-to the rate over 2^width. Of the phase the upper bits go on, to a FixedCordicRotation or a table; what is cut off makes
-spurs about 6 dB a bit below the carrier (Tierney, Rader and Gold, IEEE Trans. Audio 19, 1971).
+The register has as many bits below the point as in all, so that its overflow is the whole turn:
+frequencies are exact to the rate over 2^width. Of the phase the upper bits go on, to a
+FixedCordicRotation or a table; what is cut off makes spurs about 6 dB a bit below the carrier
+(Tierney, Rader and Gold, IEEE Trans. Audio 19, 1971).
 """
 
 import math

@@ -1,8 +1,9 @@
 """PID controller in fixed point: D(z) = Kp + Ki Ts z/(z-1) + Kd/Ts (1-a)(z-1)/(z-a), a = exp(-2 pi f Ts).
 
-The equation of PID, with integral and derivative in registers of `sum_format` (digital quartz accelerometer, section
-II.B and III.A). Where the output saturates, the integral keeps its value unless the error drives it back (anti-windup
-by clamping): the limits are the range of the output's format.
+The equation of PID, with integral and derivative in registers of `sum_format` (digital quartz
+accelerometer, section II.B and III.A). Where the output saturates, the integral keeps its value
+unless the error drives it back (anti-windup by clamping): the limits are the range of the output's
+format.
 """
 
 import math

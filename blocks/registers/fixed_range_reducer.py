@@ -1,8 +1,9 @@
 """Range reduction: exponent = octave ln 2 + remainder, 0 <= remainder < ln 2 (Liu, Li, Shen, eqs. 7 to 9, figure 2).
 
-With z = exponent 2^M, C1 = round(2^M / ln 2) and C2 = round(2^M ln 2): A = z C1, octave = A >> 2M, and remainder =
-(A[2M-1:M] C2) >> M. For -2^N <= exponent < 2^N the product takes 2M + N + 3 bits. Rounding C1 to M bits makes the
-remainder wrong by up to |exponent| 2^-M / 2 / C1, which is the larger part of the error of an exponential.
+With z = exponent 2^M, C1 = round(2^M / ln 2) and C2 = round(2^M ln 2): A = z C1, octave = A >> 2M,
+and remainder = (A[2M-1:M] C2) >> M. For -2^N <= exponent < 2^N the product takes 2M + N + 3 bits.
+Rounding C1 to M bits makes the remainder wrong by up to |exponent| 2^-M / 2 / C1, which is the
+larger part of the error of an exponential.
 """
 
 from collections.abc import Iterator

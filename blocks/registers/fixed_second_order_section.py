@@ -1,7 +1,8 @@
 """Second-order section in fixed point: y[n] = b0 u[n] + b1 u[n-1] + b2 u[n-2] - a1 y[n-1] - a2 y[n-2].
 
-Direct form I: the sum of products is exact and is rounded once, into y, which has a format of its own; the output is a
-cast of it (Oppenheim and Schafer, Discrete-Time Signal Processing, section 6.9).
+Direct form I: the sum of products is exact and is rounded once, into y, which has a format of its
+own; the output is a cast of it (Oppenheim and Schafer, Discrete-Time Signal Processing, section
+6.9).
 """
 
 from typing import NamedTuple

@@ -1,8 +1,9 @@
 """Sigma-delta modulator in registers: x_i[n+1] = x_i + g_i (x_(i-1) - f_i v), x_0 = u, v = the level nearest to x_n.
 
-The twin of a SigmaDeltaModulator of order n: levels s (k - (2^B - 1) / 2), s = 2^(2-B), k from 0 to 2^B - 1. One bit
-gives 1 and -1, and the highest level is 2 - 2^(1-B). `resonance` takes so much of the last integrator from the input of
-the one before. Products are exact, and rounded once into each integrator (Schreier and Temes, chapter 4).
+The twin of a SigmaDeltaModulator of order n: levels s (k - (2^B - 1) / 2), s = 2^(2-B), k from 0 to
+2^B - 1. One bit gives 1 and -1, and the highest level is 2 - 2^(1-B). `resonance` takes so much of
+the last integrator from the input of the one before. Products are exact, and rounded once into each
+integrator (Schreier and Temes, chapter 4).
 """
 
 from collections.abc import Iterator

@@ -1,8 +1,9 @@
 """Least-squares slope in registers: deviation = sum (2 i - n + 1) y_i / S - 1 over an even sweep of n points.
 
-ForwardGainEstimator with the sweep known beforehand: numbers that are `step` apart have small integers as weights, and
-S = k0 step n (n^2 - 1) / 6 is a constant, so that nothing is divided; an offset of the response drops out, since the
-weights add up to zero (digital quartz accelerometer, section III.A, eq. 17 to 21).
+ForwardGainEstimator with the sweep known beforehand: numbers that are `step` apart have small
+integers as weights, and S = k0 step n (n^2 - 1) / 6 is a constant, so that nothing is divided; an
+offset of the response drops out, since the weights add up to zero (digital quartz accelerometer,
+section III.A, eq. 17 to 21).
 """
 
 from typing import NamedTuple

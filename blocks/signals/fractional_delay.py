@@ -1,7 +1,8 @@
 """Delay of a fraction: y[n] = h0 v[n-k] + h1 v[n-k-1] + h2 v[n-k-2] + h3 v[n-k-3], Lagrange's interpolation.
 
-h_i is the product of (d - j) / (i - j) over the j from 0 to 3 other than i, with d = delay - k between 1 and 2: exact
-for cubic polynomials (Laakso et al., Splitting the unit delay, IEEE Signal Processing Magazine 13, 1996, eq. 42).
+h_i is the product of (d - j) / (i - j) over the j from 0 to 3 other than i, with d = delay - k
+between 1 and 2: exact for cubic polynomials (Laakso et al., Splitting the unit delay, IEEE Signal
+Processing Magazine 13, 1996, eq. 42).
 """
 
 import math

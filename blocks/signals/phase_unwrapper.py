@@ -1,7 +1,7 @@
 """Unwrapped phase: y[n] = u[n] + 2 pi round((y[n-1] - u[n]) / (2 pi)), the value nearest to the last one; y[-1] = 0.
 
-It follows a phase that moves by less than half a turn from sample to sample (Oppenheim and Schafer, Discrete-Time
-Signal Processing, on continuous phase).
+It follows a phase that moves by less than half a turn from sample to sample (Oppenheim and Schafer,
+Discrete-Time Signal Processing, on continuous phase).
 """
 
 import math

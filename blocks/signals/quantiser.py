@@ -1,7 +1,8 @@
 """Quantiser: output = lowest + k step, k = rint((input - lowest) / step) held between 0 and levels - 1.
 
-step = (highest - lowest) / (levels - 1); a tie goes to the even k. Two levels make a mid-rise quantiser, as every even
-number of levels about zero does; an odd number has a level at zero (mid-tread).
+step = (highest - lowest) / (levels - 1); a tie goes to the even k. Two levels make a mid-rise
+quantiser, as every even number of levels about zero does; an odd number has a level at zero
+(mid-tread).
 """
 
 from collections.abc import Iterator

@@ -1,7 +1,7 @@
 """Overlapping Allan deviation at one averaging time: s^2 = sum (mean of m samples - mean of the m before)^2 / (2 k).
 
-All k = n - 2 m + 1 places of the two windows in n samples count (IEEE Std 1139-2008, annex A; Riley, "Handbook of
-frequency stability analysis", NIST SP 1065 (2008), section 5.2.4).
+All k = n - 2 m + 1 places of the two windows in n samples count (IEEE Std 1139-2008, annex A;
+Riley, "Handbook of frequency stability analysis", NIST SP 1065 (2008), section 5.2.4).
 """
 
 import math

@@ -1,8 +1,9 @@
 """Root mean square in a band: sqrt(sum y^2 / n), y the input behind Butterworth filters of fourth order.
 
-A high-pass at the low end and a low-pass at the high one, each down by 3 dB there (Butterworth 1930); from zero on
-there is no high-pass, and the mean counts. The filters run from tick 0, also in ticks that are left out. They begin as
-if the first value had been there for ever, so that an offset makes no transient.
+A high-pass at the low end and a low-pass at the high one, each down by 3 dB there (Butterworth
+1930); from zero on there is no high-pass, and the mean counts. The filters run from tick 0, also in
+ticks that are left out. They begin as if the first value had been there for ever, so that an offset
+makes no transient.
 """
 
 import math

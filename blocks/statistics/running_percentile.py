@@ -1,7 +1,7 @@
 """Percentile of all samples: on the straight line between the two of nearest rank, as numpy.percentile.
 
-Up to 1,024 different values stand in a table with their counts; beyond that neighbours are joined to their mean.
-`join_neighbours` says which.
+Up to 1,024 different values stand in a table with their counts; beyond that neighbours are joined
+to their mean. `join_neighbours` says which.
 """
 
 from typing import NamedTuple

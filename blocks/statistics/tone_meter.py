@@ -1,7 +1,7 @@
 """Tone of a known frequency by least squares: input = a sin(2 pi f t) + b cos(2 pi f t) + constant (IEEE Std 1057).
 
-t is `delay` and the time since tick 0. Over a whole number of cycles this is the discrete Fourier transform at f
-(Goertzel 1958).
+t is `delay` and the time since tick 0. Over a whole number of cycles this is the discrete Fourier
+transform at f (Goertzel 1958).
 """
 
 import math

@@ -1,7 +1,7 @@
 """Double-exponential model: value = a1 exp(b1 T) + a2 exp(b2 T) (Liu, Li, Shen, eq. 1), T a temperature or its voltage.
 
-`proofmass fit` finds the coefficients. Taken off the output of a sensor by a Difference it is the compensation in
-floating point.
+`proofmass fit` finds the coefficients. Taken off the output of a sensor by a Difference it is the
+compensation in floating point.
 """
 
 from proofmass.blocks.arithmetic.elementary import bounded_exponential

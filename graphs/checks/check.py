@@ -40,8 +40,8 @@ _OF_VALUES = ("the units", "the shapes", "the types", "the formats")
 def check(graph: Graph) -> list[Problem]:
     """Return all problems of a graph, each with its place; a graph that can run has only notes.
 
-    A graph with exports may be a part of others, which give it a rate and drive its inputs. If these are missing,
-    `check` gives a note, and `checked` refuses to run the graph alone.
+    A graph with exports may be a part of others, which give it a rate and drive its inputs. If
+    these are missing, `check` gives a note, and `checked` refuses to run the graph alone.
     """
     return _looked_at(flatten(graph))[0]
 

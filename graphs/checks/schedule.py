@@ -64,10 +64,11 @@ AlgebraicLoop: TypeAlias = Torn[Endpoint]  # of outputs alone
 class Schedule:
     """The order of work in a tick, which all engines follow.
 
-    `divisors` gives the base ticks per tick of each block, `phases` its first one where that is not 0. `order` has the
-    outputs in the order of a tick, with the constants of blocks with driven parameters; the nodes of a loop follow each
-    other. `drivers` gives the output that drives each input and driven parameter; `loops` are solved within a tick.
-    `without_noise` makes all random numbers zero.
+    `divisors` gives the base ticks per tick of each block, `phases` its first one where that is
+    not 0. `order` has the outputs in the order of a tick, with the constants of blocks with driven
+    parameters; the nodes of a loop follow each other. `drivers` gives the output that drives each
+    input and driven parameter; `loops` are solved within a tick. `without_noise` makes all random
+    numbers zero.
     """
 
     base_rate: Fraction

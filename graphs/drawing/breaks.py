@@ -32,8 +32,9 @@ def fits(width: int, height: int, aspect: float) -> bool:
 def rows_of(starts: Sequence[int], width: int, crossing: Sequence[int], wanted: float) -> RowRanges:
     """Return rows of about the wanted width.
 
-    `starts` are the places of the layers in one row of the given width, `crossing` the wires in the gap before each.
-    The sum over rows of (1 - width / wanted)^2, and of the wires between rows, is least.
+    `starts` are the places of the layers in one row of the given width, `crossing` the wires in the
+    gap before each. The sum over rows of (1 - width / wanted)^2, and of the wires between rows, is
+    least.
     """
     count, ends = len(starts), [*starts[1:], width]
     best: list[tuple[float, int]] = [(0.0, 0)]  # least cost of the first layers, and the start of their last row

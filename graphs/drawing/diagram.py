@@ -1,7 +1,7 @@
 """Block diagrams of a graph as SVG.
 
-The pictures depend on the graph alone, never on the order in which blocks and wires were declared. Wires whose ends do
-not exist are left out: `check` reports them.
+The pictures depend on the graph alone, never on the order in which blocks and wires were declared.
+Wires whose ends do not exist are left out: `check` reports them.
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -37,8 +37,9 @@ Mark = tuple[str, int, str]  # of a legend: drawing, its width, words
 def svg(graph: Graph, unfolded: Collection[str] = (), overlay: str = "") -> str:
     """Return the block diagram as SVG: signals from left to right, return paths below, details as tooltips.
 
-    `unfolded` names subgraphs by their paths, as in `"x_axis"`: what is inside is drawn in their place. An overlay,
-    `"rates"`, `"loops"` or `"formats"`, colours blocks and wires by what they share.
+    `unfolded` names subgraphs by their paths, as in `"x_axis"`: what is inside is drawn in their
+    place. An overlay, `"rates"`, `"loops"` or `"formats"`, colours blocks and wires by what they
+    share.
     """
     flat = flatten(graph)
     overlays = Overlays(flat)

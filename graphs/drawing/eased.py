@@ -1,10 +1,11 @@
 """Wires of a large diagram that are named instead of drawn, and parallel wires that run as one.
 
-A diagram that fits a page, whose width and height add up to no more than `PAGE`, does not change. In a larger one, a
-wire whose route is longer than `LONGEST`, more than a page is wide, is named: it ends in a tab at its source and in one
-at its reader, as a net label does in a schematic. Of two wires or more from one block to one block, each the only wire
-of its output, the routes become one if they are longer than `APART`. Those that are longer than twice `LONGEST`, and
-the longest of the others, are named first; then the diagram is laid out anew, until no route is too long.
+A diagram that fits a page, whose width and height add up to no more than `PAGE`, does not change.
+In a larger one, a wire whose route is longer than `LONGEST`, more than a page is wide, is named: it
+ends in a tab at its source and in one at its reader, as a net label does in a schematic. Of two
+wires or more from one block to one block, each the only wire of its output, the routes become one
+if they are longer than `APART`. Those that are longer than twice `LONGEST`, and the longest of the
+others, are named first; then the diagram is laid out anew, until no route is too long.
 """
 
 from collections.abc import Iterator, Mapping

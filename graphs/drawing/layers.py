@@ -30,9 +30,10 @@ def assign_layers(
 ) -> Layers:
     """Return longest-path layers of the blocks without the feedback wires.
 
-    `exits` are blocks with an output that somebody looks at, `noises` are sources that no loop is there for: a loop
-    starts where another signal enters it. What comes in a loop after its last exit is a return path: it is drawn from
-    right to left below the forward path, as long as it is no longer than that.
+    `exits` are blocks with an output that somebody looks at, `noises` are sources that no loop is
+    there for: a loop starts where another signal enters it. What comes in a loop after its last
+    exit is a return path: it is drawn from right to left below the forward path, as long as it is
+    no longer than that.
     """
     wiring = _Wiring(sorted(names), sorted(links), frozenset(noises))
     mirrored: frozenset[str] = frozenset()

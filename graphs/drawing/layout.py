@@ -116,7 +116,7 @@ class _Part:
         (pin.net.right if on_left else pin.net.left).append(pin)
         pin.item.pins[not on_left].append(pin)
 
-    # -- order and heights ---------------------------------------------------------------------------------------
+    # -- order and heights -------------------------------------------------------------------------
 
     def drawn(self) -> Layout:
         """Return the layout in one row, or in more where one is too wide for a page."""
@@ -236,7 +236,7 @@ class _Part:
             for b in net.right
         ) + 0.01 * sum(max((i.top + i.height for i in c), default=0) - c[0].top for c in self.columns if c)
 
-    # -- pixels --------------------------------------------------------------------------------------------------
+    # -- pixels ------------------------------------------------------------------------------------
 
     def _room(self, layer: int, on_left: bool) -> int:
         """Return the space that a layer needs for labels beside outputs, and tabs beside inputs, on one side."""

@@ -32,8 +32,8 @@ def rate_text(graph: Picture, name: str) -> str:
 class WiredPorts:
     """Wired ports and parameters of each block with their sources, its wired outputs and its probed ones.
 
-    `tabs` has for each block the ports whose wires are named instead of drawn, with those names. `leaves` and `enters`
-    are the blocks at which bundles begin and end.
+    `tabs` has for each block the ports whose wires are named instead of drawn, with those names.
+    `leaves` and `enters` are the blocks at which bundles begin and end.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
 """Diagrams as text for other tools: Mermaid and DOT.
 
-They depend on the graph alone, never on the order in which blocks and wires were declared. Wires whose ends do not
-exist are left out: `check` reports them.
+They depend on the graph alone, never on the order in which blocks and wires were declared. Wires
+whose ends do not exist are left out: `check` reports them.
 """
 
 from html import escape

@@ -1,8 +1,9 @@
 """The line of every key in a TOML text, and the limits that a parser needs before it starts.
 
-A TOML parser returns values without places, and takes seconds on a small text of hostile shape (a dotted key of
-thousands of parts, deep nesting). One pass over the tokens cures both. It never backtracks, and stops at the first
-token that exceeds a limit or cannot be TOML. It does not judge the syntax; the parser does that.
+A TOML parser returns values without places, and takes seconds on a small text of hostile shape (a
+dotted key of thousands of parts, deep nesting). One pass over the tokens cures both. It never
+backtracks, and stops at the first token that exceeds a limit or cannot be TOML. It does not judge
+the syntax; the parser does that.
 """
 
 import re

@@ -4,8 +4,8 @@
     breakpoints = { file = "grid.csv", part = "first column" }  a grid: its heads, and what stands below and beside
     stiffness = { file = "stiffness.mtx" }                    a matrix, row after row: CSV or Matrix Market
 
-Matrix Market is what finite-element programs write: array or coordinate, real or integer, general or symmetric
-(Boisvert, Pozo and Remington, The Matrix Market exchange formats, NISTIR 5935, 1996).
+Matrix Market is what finite-element programs write: array or coordinate, real or integer, general
+or symmetric (Boisvert, Pozo and Remington, The Matrix Market exchange formats, NISTIR 5935, 1996).
 """
 
 import csv

@@ -18,10 +18,10 @@ _VALUE = r"""(?:"(?:[^"\\]|\\.)*"|'[^']*'|[^"'\[{#\s][^"'\[{#\n]*?)"""
 def edited(text: str, changes: Mapping[str, float | int | str], file: str = "<text>") -> str:
     """The text of a graph file with parameters and values set: numbers, true or false, or strings with a unit.
 
-    They are named as in the file: `block.parameter`, `part.exported` or `part.block.parameter` of a graph that is a
-    block, or the name of a value. The block must have a table of its own, `[blocks.NAME]`. A parameter that is not
-    there yet comes after the last that is. Raises `ModelError`, with the line, where a parameter is written in a way
-    that cannot be edited.
+    They are named as in the file: `block.parameter`, `part.exported` or `part.block.parameter` of a
+    graph that is a block, or the name of a value. The block must have a table of its own,
+    `[blocks.NAME]`. A parameter that is not there yet comes after the last that is. Raises
+    `ModelError`, with the line, where a parameter is written in a way that cannot be edited.
     """
     lines = text.split("\n")
     tables = tomllib.loads(text)

@@ -1,7 +1,7 @@
 """Operations of formulas: what each does to numbers, to dimensions and to derivatives.
 
-Functions are those of `blocks.arithmetic.elementary`: the same bits on every machine, for one number and for arrays.
-None of them raises: without a value the result is infinite or NaN.
+Functions are those of `blocks.arithmetic.elementary`: the same bits on every machine, for one
+number and for arrays. None of them raises: without a value the result is infinite or NaN.
 """
 
 import math

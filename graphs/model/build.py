@@ -48,28 +48,32 @@ _Entry = TypeVar("_Entry")
 class Graph(Value):
     """Blocks wired by their ports, at stated rates, with the signals to record.
 
-    A block may be a graph: `blocks={"x_axis": Graph(...)}`. Outside it has the ports and parameters of its `exports`,
-    `{"code": "adc.code"}`; everything inside can be named by its path, `x_axis.adc.code`. A rate given to it is that
-    of its blocks without a rate of their own. Its probes, measures, duration, samples, seed and integration count only
-    where it runs alone.
+    A block may be a graph: `blocks={"x_axis": Graph(...)}`. Outside it has the ports and parameters
+    of its `exports`, `{"code": "adc.code"}`; everything inside can be named by its path,
+    `x_axis.adc.code`. A rate given to it is that
+    of its blocks without a rate of their own. Its probes, measures, duration, samples, seed and
+    integration count only where it runs alone.
 
-    `wires` are texts like `"adc.code -> correlator.code"`; the target may be a parameter, which the wire then drives.
-    `rates` gives blocks a rate of their own; all others run at `rate`. `offsets` are how much later than tick 0 blocks
-    tick first, {"controller": "25 us"}. `duration` (or `samples`, in base ticks) and
+    `wires` are texts like `"adc.code -> correlator.code"`; the target may be a parameter, which the
+    wire then drives. `rates` gives blocks a rate of their own; all others run at `rate`. `offsets`
+    are how much later than tick 0 blocks tick first, {"controller": "25 us"}. `duration` (or
+    `samples`, in base ticks) and
     `seed` are the defaults of a run; `integration` says how continuous blocks are integrated.
     `loops` names control loops for their margins, `{"main": {"open_at": "dac.voltage"}}`.
-    `values` are named quantities, `{"mass": "50 ug", "weight": "= mass * 9.81 m/s^2"}`, and `formulas` give them to
-    parameters, `{"sensor.mass": "= mass"}`; rates and the duration may be formulas too.
+    `values` are named quantities, `{"mass": "50 ug", "weight": "= mass * 9.81 m/s^2"}`, and
+    `formulas` give them to parameters, `{"sensor.mass": "= mass"}`; rates and the duration may be
+    formulas too.
     `requirements` are what `verify` looks at, `{"bias": {"quantity": "bias", "at_most": "1 mV"}}`.
     `measures` are numbers that a run reduces signals to,
-    `{"bias": {"signal": "dac.code", "statistic": "mean", "from": "0.5 s"}}`, or formulas of other measures,
-    `{"scale_factor": "= (plus - minus) / 2"}`.
+    `{"bias": {"signal": "dac.code", "statistic": "mean", "from": "0.5 s"}}`, or formulas of other
+    measures, `{"scale_factor": "= (plus - minus) / 2"}`.
 
     Raises `ModelError` with every problem when a text, a name or a rate cannot be read; `check` looks at the wiring.
 
-    `name` and `description` are for people. `blocks` are by name. `probes` are the signals to record, "block.output".
-    `place` is the file that a graph comes from. `subgraphs` and `derived` come from readers of files: in Python graphs
-    stand among the blocks, and formulas among the measures.
+    `name` and `description` are for people. `blocks` are by name. `probes` are the signals to
+    record, "block.output". `place` is the file that a graph comes from. `subgraphs` and `derived`
+    come from readers of files: in Python graphs stand among the blocks, and formulas among the
+    measures.
 
     >>> from proofmass import Graph, simulate
     >>> from proofmass.blocks import LowPass, Step
@@ -188,9 +192,10 @@ class Graph(Value):
     def with_parameters(self, changes: Mapping[str, object]) -> Self:
         """Return the graph with values and parameters changed, `{"mass": "60 ug", "adc.reference": "5 V"}`.
 
-        Whatever follows from a value by formulas moves with it. A parameter of a subgraph is named by its path,
-        `"x_axis.adc.reference"`, or as it is exported, `"x_axis.reference"`. A text that begins with an equals sign is
-        a new formula; a number takes one away. Raises `ModelError`.
+        Whatever follows from a value by formulas moves with it. A parameter of a subgraph is named
+        by its path, `"x_axis.adc.reference"`, or as it is exported, `"x_axis.reference"`. A text
+        that begins with an equals sign is a new formula; a number takes one away. Raises
+        `ModelError`.
         """
         return with_parameters(self, changes)
 

@@ -35,9 +35,10 @@ from proofmass.graphs.model.values import NamedValue, quantity_of, read_values
 def with_parameters(graph: AnyGraph, changes: Mapping[str, object]) -> AnyGraph:
     """Return the graph with values and parameters changed, each named by its path or its exported name.
 
-    Whatever follows from a value moves with it. A number removes the formula of its parameter, and a text with an
-    equals sign is a new formula: `{"sensor.mass": "= 2 * mass"}`. A rate is "rate", or "adc.rate" of a block or
-    subgraph of the graph itself, as a clock offset is "adc.clock_offset"; a run may have another "duration".
+    Whatever follows from a value moves with it. A number removes the formula of its parameter, and
+    a text with an equals sign is a new formula: `{"sensor.mass": "= 2 * mass"}`. A rate is "rate",
+    or "adc.rate" of a block or subgraph of the graph itself, as a clock offset is
+    "adc.clock_offset"; a run may have another "duration".
     """
     values, formulas = dict[str, object](graph.values), dict(graph.formulas)
     numbers: dict[str, object] = {}

@@ -1,7 +1,7 @@
 """A graph: blocks by name, wires, rates and probes. A plain frozen value, the same from Python and from TOML.
 
-A block may be a graph of its own, a subgraph, with the ports and parameters that it exports. `build` reads texts and
-tables into such a value; nothing is read here.
+A block may be a graph of its own, a subgraph, with the ports and parameters that it exports.
+`build` reads texts and tables into such a value; nothing is read here.
 """
 
 import dataclasses

@@ -28,10 +28,11 @@ _SAME = 1e-9  # relative difference of two periods that count as one
 def from_control(system: Any, *, rate: Rate | None = None, input_unit: str = "1", output_unit: str = "1") -> Block:
     """Return the block of a `system` of python-control, a `StateSpace` or a `TransferFunction`.
 
-    A system of continuous time becomes a `StateSpace`, `TransferFunction` or `MatrixStateSpace`, one of discrete time a
-    `DiscreteStateSpace`, `DiscreteTransferFunction` or `DiscreteMatrixStateSpace`, one without states a `Gain`. Its
-    coefficients are taken as they are, in `input_unit` and `output_unit`. A discrete one is only right at the rate that
-    it was made for: name the `rate` of the block in its graph, which must be 1/dt of the system.
+    A system of continuous time becomes a `StateSpace`, `TransferFunction` or `MatrixStateSpace`,
+    one of discrete time a `DiscreteStateSpace`, `DiscreteTransferFunction` or
+    `DiscreteMatrixStateSpace`, one without states a `Gain`. Its coefficients are taken as they are,
+    in `input_unit` and `output_unit`. A discrete one is only right at the rate that it was made
+    for: name the `rate` of the block in its graph, which must be 1/dt of the system.
 
     Raises `ModelError` for a system that no block holds, and for another rate.
 

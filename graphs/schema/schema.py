@@ -1,7 +1,8 @@
 """JSON Schemas of graph and study files, for completion and checks in an editor; derived from the blocks.
 
-Editors mark the place of each fault, so every fault is told once: keys are at the root, a block is judged by the
-definition of its kind alone, and what one value may be is one form, not a choice of several.
+Editors mark the place of each fault, so every fault is told once: keys are at the root, a block is
+judged by the definition of its kind alone, and what one value may be is one form, not a choice of
+several.
 """
 
 import json

@@ -4,9 +4,9 @@ d(t) = ramp t + w(t) + logarithmic log10(1 + t / onset) + arrhenius t exp(E / k 
 
 With a mission, the temperature is its history, and n(t) the number of cycles of a reference range that wear as much.
 
-w is a random walk with standard deviation `random_walk` sqrt(t). The paces of one sensor differ from those of another
-by normal deviates of the stated spread. The laws are those of the blocks DriftRamp, RandomWalk, LogarithmicAgeing and
-ArrheniusAgeing.
+w is a random walk with standard deviation `random_walk` sqrt(t). The paces of one sensor differ
+from those of another by normal deviates of the stated spread. The laws are those of the blocks
+DriftRamp, RandomWalk, LogarithmicAgeing and ArrheniusAgeing.
 """
 
 import dataclasses

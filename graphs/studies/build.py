@@ -22,16 +22,17 @@ NOTHING: PlainTables = MappingProxyType({})
 class Study(Value):
     """A graph with the spread, sweep and drift of its parameters; run k is a pure function of it, seed and k.
 
-    The tables are those of a study file: `spread={"adc.reference": {"normal": "200 ppm", "relative": True}}`. Run k is
-    sensor k // n at point k % n of the sweep's n: every point is tried with the same sensors. Each run is repeated at
-    each epoch, an age at which its drifting parameters have moved on, with what calibrations before it have left.
-    `design` is one of `DESIGNS`.
+    The tables are those of a study file: `spread={"adc.reference": {"normal": "200 ppm",
+    "relative": True}}`. Run k is sensor k // n at point k % n of the sweep's n: every point is
+    tried with the same sensors. Each run is repeated at each epoch, an age at which its drifting
+    parameters have moved on, with what calibrations before it have left. `design` is one of
+    `DESIGNS`.
 
     Raises `ModelError` with every problem.
 
     `graph` has measures. `runs` is the number of sensors, `seed` that of all draws, `epochs` are the ages.
-    `spread`, `correlation`, `sweep`, `drift`, `missions`, `recalibration`, `margins`, `changes`, `limits` and `stop`
-    are as in a file. `place` is the file that a study comes from.
+    `spread`, `correlation`, `sweep`, `drift`, `missions`, `recalibration`, `margins`, `changes`,
+    `limits` and `stop` are as in a file. `place` is the file that a study comes from.
 
     >>> from proofmass import Study, read_graph, run_study
     >>> graph = read_graph("library:scale_factor_drift")

@@ -1,8 +1,8 @@
 """Changes of measures along the epochs of a study: measures of their own, for tables, limits and influences.
 
-A change at an epoch e is m(e) - m(r), or relative to m(r). The reference r is the first epoch of an age, or a run that
-follows the last calibration before e at once, with what it left and noise of its own: what the sensor read when it had
-just been calibrated.
+A change at an epoch e is m(e) - m(r), or relative to m(r). The reference r is the first epoch of an
+age, or a run that follows the last calibration before e at once, with what it left and noise of its
+own: what the sensor read when it had just been calibrated.
 """
 
 import math

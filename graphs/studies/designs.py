@@ -1,13 +1,14 @@
 """Designs of a study: which uniform deviate each sensor has for each spread parameter.
 
-`random`: independent deviates. `latin_hypercube`: of n sensors each has a stratum of width 1/n of its own in every
-parameter (McKay, Beckman and Conover, Technometrics 21 (1979)). `sobol`: points of Sobol's sequence with the direction
-numbers of Joe and Kuo (2008), shifted in each parameter by a random word, bit by bit. `saltelli`: points A and B of
-a Sobol sequence of twice the parameters, and A with one parameter after the other from B, for Sobol indices (Saltelli
-et al., Computer Physics Communications 181 (2010)).
+`random`: independent deviates. `latin_hypercube`: of n sensors each has a stratum of width 1/n of
+its own in every parameter (McKay, Beckman and Conover, Technometrics 21 (1979)). `sobol`: points of
+Sobol's sequence with the direction numbers of Joe and Kuo (2008), shifted in each parameter by a
+random word, bit by bit. `saltelli`: points A and B of
+a Sobol sequence of twice the parameters, and A with one parameter after the other from B, for Sobol
+indices (Saltelli et al., Computer Physics Communications 181 (2010)).
 
-A deviate is a pure function of (seed, sensor, name); in the second design also of the number of sensors, in the last
-two of the names of all spread parameters.
+A deviate is a pure function of (seed, sensor, name); in the second design also of the number of
+sensors, in the last two of the names of all spread parameters.
 """
 
 import zlib
@@ -88,8 +89,9 @@ def half_of_bits(size: int) -> int:
 def permuted(number: int, size: int, half: int, seed: int, stream: int) -> int:
     """Return the place that a random permutation of `size` numbers gives one of them, without the others.
 
-    A Feistel network over words of `half_of_bits(size)`, its rounds keyed by Philox, until it falls below the size
-    (Black and Rogaway, "Ciphers with arbitrary finite domains", CT-RSA 2002, cycle-walking).
+    A Feistel network over words of `half_of_bits(size)`, its rounds keyed by Philox, until it falls
+    below the size (Black and Rogaway, "Ciphers with arbitrary finite domains", CT-RSA 2002,
+    cycle-walking).
 
     >>> sorted(permuted(k, 7, 2, 1, 2) for k in range(7))
     [0, 1, 2, 3, 4, 5, 6]

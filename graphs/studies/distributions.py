@@ -1,7 +1,7 @@
 """Distributions of a parameter over the sensors of a study, by the inverse of their cumulative probability.
 
-A value is a function of one uniform deviate, so that a design may say which deviates the sensors have. Plain arithmetic
-only: the bits are the same on every machine.
+A value is a function of one uniform deviate, so that a design may say which deviates the sensors
+have. Plain arithmetic only: the bits are the same on every machine.
 """
 
 import math

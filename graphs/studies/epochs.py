@@ -1,7 +1,7 @@
 """The epochs of a study: ages at which every sensor is looked at, and which of them calibrate it.
 
-A calibration is a run like any other: what it measures becomes parameters of the later epochs, until the next one. That
-is how the contents of registers outlive a run.
+A calibration is a run like any other: what it measures becomes parameters of the later epochs,
+until the next one. That is how the contents of registers outlive a run.
 """
 
 import math

@@ -1,9 +1,10 @@
 """Mission profiles: temperatures that a sensor goes through again and again, for laws of ageing.
 
-The history is a line through points of time and temperature, which may jump; after its last point it begins anew. Over
-an age t it speeds ageing up by the integral of exp(E / k (1 / T0 - 1 / T)) (Arrhenius), and wears by its cycles of
-temperature, the sum of (range_i / reference)^m (Coffin and Manson). Cycles are those of rainflow counting, simplified
-for repeating histories (ASTM E1049-85, 5.4.5); a part of a mission counts in proportion.
+The history is a line through points of time and temperature, which may jump; after its last point
+it begins anew. Over an age t it speeds ageing up by the integral of exp(E / k (1 / T0 - 1 / T))
+(Arrhenius), and wears by its cycles of temperature, the sum of (range_i / reference)^m (Coffin and
+Manson). Cycles are those of rainflow counting, simplified for repeating histories (ASTM E1049-85,
+5.4.5); a part of a mission counts in proportion.
 """
 
 import math

@@ -32,8 +32,9 @@ AFTER_CALIBRATION = 2**31  # added to it for the runs that follow calibrations
 class Study(Placed):
     """A graph with the spread, sweep and drift of its parameters; run k is a pure function of it, seed and k.
 
-    Run k is sensor k // n at point k % n of the sweep's n: every point is tried with the same sensors. Each run is
-    repeated at each epoch, an age at which its drifting parameters have moved on, with what calibrations before it
+    Run k is sensor k // n at point k % n of the sweep's n: every point is tried with the same
+    sensors. Each run is repeated at each epoch, an age at which its drifting parameters have moved
+    on, with what calibrations before it
     have left. Parameters are named as in the flat graph.
     """
 

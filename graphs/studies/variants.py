@@ -1,9 +1,10 @@
 """Variants of a study: designs with names, and values of a sweep for which the loop is compiled anew.
 
-Each variant is a study of its own, with the same seed, so that all have the same sensors. What a variant says takes the
-place of what the study says, key by key; `set` changes parameters of the graph, of any kind. A sweep makes a variant of
-each of its values where these are integers, texts, truth values, numbers in fixed point, rates or clock offsets, and
-where they are those of a law of drift, `"drift.amplifier.gain.ramp"`.
+Each variant is a study of its own, with the same seed, so that all have the same sensors. What a
+variant says takes the place of what the study says, key by key; `set` changes parameters of the
+graph, of any kind. A sweep makes a variant of each of its values where these are integers, texts,
+truth values, numbers in fixed point, rates or clock offsets, and where they are those of a law of
+drift, `"drift.amplifier.gain.ramp"`.
 """
 
 import itertools

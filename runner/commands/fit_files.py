@@ -48,8 +48,9 @@ def write_coefficients(report: FitReport, target: Path, names: Sequence[str], ow
 def coefficients_for(report: FitReport, graph: Graph, name: str) -> dict[str, float | str]:
     """Return the coefficients that a block takes, by `block.parameter`, with their units where these are known.
 
-    A block with parameters a1, b1, a2 and b2 takes the two exponentials; one with c0, c1, ... the polynomial of the
-    highest order, and zero for its further coefficients. A subgraph has the parameters that it exports.
+    A block with parameters a1, b1, a2 and b2 takes the two exponentials; one with c0, c1, ... the
+    polynomial of the highest order, and zero for its further coefficients. A subgraph has the
+    parameters that it exports.
     """
     if name not in graph.blocks and name not in graph.subgraphs:
         hint = did_you_mean(name, [*graph.blocks, *graph.subgraphs], "the blocks")

@@ -1,9 +1,10 @@
 """Two studies compared, point by point and age by age: which means and yields moved by more than their sensors scatter.
 
-The unit that is independent is the sensor: it is at every point of a sweep and at every age, so that runs of several
-points are no larger a sample. Where both studies drew the same sensors (equal seed, design and spread parameters), each
-sensor is compared with itself; otherwise two independent samples are. The probabilities of all comparisons are those of
-Holm (Scandinavian Journal of Statistics 6 (1979) 65): the chance of even one false "moved" is at most five per cent.
+The unit that is independent is the sensor: it is at every point of a sweep and at every age, so
+that runs of several points are no larger a sample. Where both studies drew the same sensors (equal
+seed, design and spread parameters), each sensor is compared with itself; otherwise two independent
+samples are. The probabilities of all comparisons are those of Holm (Scandinavian Journal of
+Statistics 6 (1979) 65): the chance of even one false "moved" is at most five per cent.
 """
 
 import math

@@ -2,10 +2,11 @@
 
     u <- u + s d,   (J - 1) d = u - g(u),   s = 1, 1/2, 1/4, ... until the distance from u to g(u) is less than before
 
-(Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 3.1.) J are the derivatives of g by differences: they
-decide how fast it converges, not where to. Everything is in relation to the largest value that an unknown or what is
-found for it had in this solution, so that the units of the wires do not matter, and a linear loop has a solution that
-is linear to the last bit where values are scaled by powers of two.
+(Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 3.1.) J are the derivatives of g by
+differences: they decide how fast it converges, not where to. Everything is in relation to the
+largest value that an unknown or what is found for it had in this solution, so that the units of the
+wires do not matter, and a linear loop has a solution that is linear to the last bit where values
+are scaled by powers of two.
 
 Plain Python runs `solve` on lists, the compiled loop on arrays, both to the same bits.
 """

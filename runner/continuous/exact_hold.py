@@ -2,9 +2,10 @@
 
     x' = A x + B u,  u constant over T:   x[n+1] = exp(A T) x[n] + (integral of exp(A t) dt over T) B u[n]
 
-Both matrices are read off the exponential of [[A, B], [0, 0]] T, by Taylor series with scaling and squaring after
-balancing by powers of two (states of a sensor differ by many orders of magnitude). An input that moves linearly from
-u[n] to u[n+1] is one whose derivative is held: another row of the same matrix.
+Both matrices are read off the exponential of [[A, B], [0, 0]] T, by Taylor series with scaling and
+squaring after balancing by powers of two (states of a sensor differ by many orders of magnitude).
+An input that moves linearly from u[n] to u[n+1] is one whose derivative is held: another row of the
+same matrix.
 
 The functions work in place on flat sequences, row by row, so that plain Python runs them on lists and the compiled
 loop on arrays: to the same bits, in every tick where a driven parameter has moved.

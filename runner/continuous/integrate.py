@@ -1,11 +1,12 @@
 """From one tick to the next: steps of any method, their length chosen by their error, and events in between.
 
-Plain Python runs these functions on lists, the compiled loop on arrays, both to the same bits. What they are given:
-`step(context, time, length, x, moved, error)` writes the states one step later and an estimate of their error;
-`clearances(context, time, x, clear)` writes what is above zero as long as nothing happens; behind the `events` the
-numbers whose signs tell on which side of each corner the group is; and, from `counts` on, how many corners a source has
-passed. `then(context, time, x, which)` changes the states when an event happens. Nothing happens at a corner but that a
-step ends there, and the next begins beyond it.
+Plain Python runs these functions on lists, the compiled loop on arrays, both to the same bits. What
+they are given: `step(context, time, length, x, moved, error)` writes the states one step later and
+an estimate of their error; `clearances(context, time, x, clear)` writes what is above zero as long
+as nothing happens; behind the `events` the numbers whose signs tell on which side of each corner
+the group is; and, from `counts` on, how many corners a source has passed. `then(context, time, x,
+which)` changes the states when an event happens. Nothing happens at a corner but that a step ends
+there, and the next begins beyond it.
 """
 
 from typing import Any, NamedTuple
@@ -58,9 +59,10 @@ def integrate(tick: GroupTick) -> float:
 
     A tolerance of zero means steps as long as the first, shorter ones only where no number comes out of it. Errors
     are relative to the `largest` value that a state ever had, which is kept there. What leaves rest in this tick has
-    no such value yet: then the tick is passed once to find it, and again from where it `begun`. Events are found to
-    within `precision` seconds. Returns `DONE`, `STEPS_TOO_SHORT`, `STEPS_TOO_MANY`; the number, from 1, of an event
-    that happens again and again at one instant; or that of an event or corner too many, after all these.
+    no such value yet: then the tick is passed once to find it, and again from where it `begun`.
+    Events are found to within `precision` seconds. Returns `DONE`, `STEPS_TOO_SHORT`,
+    `STEPS_TOO_MANY`; the number, from 1, of an event that happens again and again at one instant;
+    or that of an event or corner too many, after all these.
     """
     x, begun = tick.x, tick.begun
     for i in range(len(x)):
@@ -153,9 +155,9 @@ def _passed(tick: GroupTick, young: float) -> tuple[float, bool]:
 def _largest_error(tick: GroupTick, reach: float, young: float) -> float:
     """Return the largest error of a state, relative to the largest value that it ever had; NaN if one is not finite.
 
-    A state that leaves rest may grow with a high power of the time, so that no step is short enough for what it is at
-    the end of it: while it is less than the part `young` of what its rate makes of a first step, `reach` times as long,
-    its error is relative to that, and once more.
+    A state that leaves rest may grow with a high power of the time, so that no step is short enough
+    for what it is at the end of it: while it is less than the part `young` of what its rate makes
+    of a first step, `reach` times as long, its error is relative to that, and once more.
     """
     x, moved, largest = tick.x, tick.moved, tick.largest
     worst, broken = 0.0, 0.0
@@ -205,8 +207,8 @@ def _due(tick: GroupTick, time: float, x: Flat) -> int:
 
 
 def _settled(tick: GroupTick, time: float, allowed: int) -> int:
-    """Let everything happen that is due, and note on which side each corner is; how many events are still allowed in
-    this tick."""
+    """Let everything happen that is due, and note on which side each corner is; how many events are
+    still allowed in this tick."""
     clear, side = tick.clear, tick.side
     for i in range(len(side)):
         side[i] = UNWATCHED
@@ -230,8 +232,8 @@ def _moved(tick: GroupTick, time: float, length: float) -> None:
 
 
 def _located(tick: GroupTick, time: float, length: float, event: int) -> tuple[float, float, int]:
-    """The lengths of a step that ends before the first event or corner in it and of one that ends at it or beyond, and
-    which one that is; `event` is due at the end of `length`.
+    """The lengths of a step that ends before the first event or corner in it and of one that ends
+    at it or beyond, and which one that is; `event` is due at the end of `length`.
 
     Bisection finds the event to within `precision`; where its clearance is a straight line there, what is left is
     taken off too, since whatever an event comes late stays in the motion that follows.

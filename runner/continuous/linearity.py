@@ -1,8 +1,9 @@
 """Linearity of the rates of a group in its states and inputs, or once some inputs are held.
 
-Where f(0) = 0 and f(s z) = s f(z), in the same bits for scales s sixty orders of magnitude up and down, and f(z) is the
-sum of what each entry of z does alone, no limit, dead zone or product can hide. An input w that multiplies others, as
-the rate of rotation does, is a factor: f(z, w) - f(0, w) is linear in z for each w.
+Where f(0) = 0 and f(s z) = s f(z), in the same bits for scales s sixty orders of magnitude up and
+down, and f(z) is the sum of what each entry of z does alone, no limit, dead zone or product can
+hide. An input w that multiplies others, as the rate of rotation does, is a factor: f(z, w) - f(0,
+w) is linear in z for each w.
 """
 
 import itertools
@@ -19,8 +20,9 @@ _ROUNDING = 1e-9
 
 
 def factors_of(rates: _Rates, size: int, candidates: Sequence[int]) -> tuple[int, ...] | None:
-    """Entries that multiply others, the rates being linear in the rest; () where they are linear in all of them, None
-    where they are not linear in that sense. `candidates` are the entries that may be factors: held inputs."""
+    """Entries that multiply others, the rates being linear in the rest; () where they are linear in
+    all of them, None where they are not linear in that sense. `candidates` are the entries that may
+    be factors: held inputs."""
     try:
         if all(_is_linear(rates, size, (), 0.0, signs, _SCALES) for signs in _SIGNS):
             return ()

@@ -2,8 +2,9 @@
 
     k_i = f(t + c_i h, x + h sum_j a_ij k_j),   x(t + h) = x + h sum_i b_i k_i
 
-Runge-Kutta 4 is the classical method of order 4 (Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I,
-1993, table II.1.2); Dormand-Prince 5(4) has order 5 and an estimate of its error (table II.5.2).
+Runge-Kutta 4 is the classical method of order 4 (Hairer, Nørsett, Wanner, Solving Ordinary
+Differential Equations I, 1993, table II.1.2); Dormand-Prince 5(4) has order 5 and an estimate of
+its error (table II.5.2).
 """
 
 import math

@@ -1,5 +1,5 @@
-"""Radau IIA of order 5, the implicit method for stiff groups (Hairer, Wanner, Solving Ordinary Differential Equations
-II, 1996, section IV.8).
+"""Radau IIA of order 5, the implicit method for stiff groups (Hairer, Wanner, Solving Ordinary
+Differential Equations II, 1996, section IV.8).
 
     z_i = h sum_j a_ij f(t + c_j h, x + z_j),  i = 1, 2, 3;   x(t + h) = x + z_3
 

@@ -19,8 +19,8 @@ SIZES = {"N": 3e-5, "m": 2e-7, "m/s": 1e-3}  # of signals in a sensor, where the
 def graph_around(tested: Mapping[str, Block], folder: Path, hostile: bool = False, scale: float = 1.0) -> Graph:
     """The blocks side by side, sources for their inputs, and probes on all their outputs.
 
-    The inputs of one block have sources of their own; blocks share them. With `hostile` there are numbers at the edges
-    of arithmetic among them; `scale` makes the ordinary ones smaller.
+    The inputs of one block have sources of their own; blocks share them. With `hostile` there are
+    numbers at the edges of arithmetic among them; `scale` makes the ordinary ones smaller.
     """
     blocks: dict[str, Block] = dict(tested)
     wires: list[str] = []

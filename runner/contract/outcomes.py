@@ -1,7 +1,7 @@
 """Outcome of a run in plain Python, and the engines in which it differs.
 
-Traces and memory are compared as bytes: -0.0 is not 0.0, and one NaN is as good as another. A run that fails has to
-fail in every engine in the same tick.
+Traces and memory are compared as bytes: -0.0 is not 0.0, and one NaN is as good as another. A run
+that fails has to fail in every engine in the same tick.
 """
 
 import hashlib

@@ -2,9 +2,10 @@
 
     mantissa = constant + sum of factor_s s,   s: registers, inputs, and one error for each place where bits are dropped
 
-Factors are exact. Each error lies between bounds that are read off its rule of rounding. Where a step decides, as at
-the end of a range, it goes the way of the start, and a condition is noted that the form has to keep for that. So the
-forms are those of the step in all states and for all inputs that keep the conditions, not only near the start. What
+Factors are exact. Each error lies between bounds that are read off its rule of rounding. Where a
+step decides, as at the end of a range, it goes the way of the start, and a condition is noted that
+the form has to keep for that. So the forms are those of the step in all states and for all inputs
+that keep the conditions, not only near the start. What
 is neither affine nor decided by conditions raises `NotAffineError`.
 """
 
@@ -189,7 +190,7 @@ class AffineMantissa(Mantissa):
 
     __rand__, __ror__, __rxor__ = __and__, __or__, __xor__
 
-    # -- decisions: those of the start, with the condition under which they are the same ---------------------------
+    # -- decisions: those of the start, with the condition under which they are the same -----------
 
     def _below(self, other: Any, by: int) -> bool:
         """Return whether self <= other - by."""
@@ -234,7 +235,7 @@ class AffineMantissa(Mantissa):
 
     __int__ = __index__
 
-    # -- what a mantissa does in a way of its own ------------------------------------------------------------------
+    # -- what a mantissa does in a way of its own --------------------------------------------------
 
     def monotone(self, rule: Callable[[Any], Any]) -> Any:
         """The form divided by the power of two that the rule shows, and an error."""
@@ -255,8 +256,8 @@ class AffineMantissa(Mantissa):
 def _errors(rule: Callable[[int], int], parts: int, step: int) -> tuple[Fraction, ...]:
     """Return what a rule adds to multiples of `step`, where it may be the most or the least.
 
-    An error grows by -step / parts from one multiple to the next, but where the rule steps up: at a whole number or a
-    half, on both sides of zero.
+    An error grows by -step / parts from one multiple to the next, but where the rule steps up: at a
+    whole number or a half, on both sides of zero.
     """
     multiples = parts // step
     near = {whole + part for whole in range(-2 * multiples, 2 * multiples, multiples) for part in _parts(multiples)}

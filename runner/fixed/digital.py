@@ -1,7 +1,8 @@
 """Digital blocks made ready to run: their functions over raw values, as the reference and as integer code.
 
-Raw values have mantissas in the place of fixed-point values; wires, states, buffers and probes hold them. A function is
-traced once (`proofmass.runner.fixed.trace`). Constants that `formats` names are numbers of the run, in their
+Raw values have mantissas in the place of fixed-point values; wires, states, buffers and probes hold
+them. A function is traced once (`proofmass.runner.fixed.trace`). Constants that `formats` names are
+numbers of the run, in their
 registers; all other constants, and the parameters of a block that declares none, are known to the trace and folded
 into the code.
 """
@@ -45,8 +46,8 @@ class DigitalStep:
     def code(self) -> IntegerCode:
         """The integer code; raises `TraceError` where 64 bits do not hold a value.
 
-        Beside the result it returns a number that is not 0 where a cast saturated or wrapped, and one that is not 0
-        where a cast refused, only where they can be.
+        Beside the result it returns a number that is not 0 where a cast saturated or wrapped, and
+        one that is not 0 where a cast refused, only where they can be.
         """
         beside = [self.traced.lost] * self.overflows + [self.traced.refused] * self.refuses
         return integer_code(self.traced, beside)

@@ -32,9 +32,10 @@ def integer_code(traced: Traced, beside: Sequence[Operation] = ()) -> IntegerCod
 def _clamped(live: list[Operation], name: str) -> set[Operation]:
     """The narrowed operations that must be clamped in the code, so that no 64-bit operation overflows.
 
-    Straight-line code computes the values of branches that are not taken, too, where what the branch's condition says
-    does not hold; and an overflow is undefined in compiled code even where its result is not used. So intervals are
-    made again without those conditions, and where one leaves 64 bits the conditions that it needs are enforced.
+    Straight-line code computes the values of branches that are not taken, too, where what the
+    branch's condition says does not hold; and an overflow is undefined in compiled code even where
+    its result is not used. So intervals are made again without those conditions, and where one
+    leaves 64 bits the conditions that it needs are enforced.
     """
     clamped: set[Operation] = set()
     while True:

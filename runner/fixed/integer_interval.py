@@ -71,8 +71,8 @@ def conjunction(evaluate: Callable[[int, int], int], a: Interval, b: Interval) -
 def bitwise(evaluate: Callable[[int, int], int], a: Interval, b: Interval) -> Interval:
     """Interval of an operation on bits: greedy from the sign bit down.
 
-    An operand is held by its bounds only while all its bits so far equal theirs. That takes time, so the usual case of
-    truth values is seen to first.
+    An operand is held by its bounds only while all its bits so far equal theirs. That takes time,
+    so the usual case of truth values is seen to first.
     """
     if a in _TRUTHS and b in _TRUTHS:
         return corners(evaluate, a, b)

@@ -126,7 +126,7 @@ class Signal(Mantissa):
     def __repr__(self) -> str:
         return f"a signal in {_interval(*self._tracer.bounds(self.operation))}"
 
-    # -- what a mantissa does in a way of its own ------------------------------------------------------------------
+    # -- what a mantissa does in a way of its own --------------------------------------------------
 
     def select(self, chosen: Any, otherwise: Any) -> "Signal":
         """`chosen` where the signal is not 0, else `otherwise`."""

@@ -1,8 +1,9 @@
 """Formats of the arguments and results of a step function: how its numbers lie in registers.
 
-A format is `Fixed`, `int`, `Within` or `bool`. Formats stand in the place of the values: a NamedTuple of them for a
-state or the constants, a tuple, or a list for a buffer that the step updates in place. Anything else is a constant of
-the step, behind `SteadyValue` where it could be mistaken for a format.
+A format is `Fixed`, `int`, `Within` or `bool`. Formats stand in the place of the values: a
+NamedTuple of them for a state or the constants, a tuple, or a list for a buffer that the step
+updates in place. Anything else is a constant of the step, behind `SteadyValue` where it could be
+mistaken for a format.
 """
 
 import inspect

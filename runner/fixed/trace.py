@@ -1,8 +1,9 @@
 """Run a step function once on signals instead of numbers, and keep what it did as a graph of integer operations.
 
-Plain Python works: loops of constant length are unrolled; an `if` on a signal is followed both ways, by running the
-function again, and the results are merged by selection. What cannot become integer code is refused by `TraceError`,
-which names the line of Python, the range of the value, and the remedy.
+Plain Python works: loops of constant length are unrolled; an `if` on a signal is followed both
+ways, by running the function again, and the results are merged by selection. What cannot become
+integer code is refused by `TraceError`, which names the line of Python, the range of the value, and
+the remedy.
 """
 
 import inspect
@@ -41,8 +42,9 @@ def trace(
 ) -> Traced:
     """The operations of a step function whose arguments, and "return", have the given formats.
 
-    A cast with the overflow "refuse" is refused here where the value could leave its format; with `refusals` it may,
-    and `refused` says in each run of the code whether it did. Functions traced into one `program` share what they
+    A cast with the overflow "refuse" is refused here where the value could leave its format; with
+    `refusals` it may, and `refused` says in each run of the code whether it did. Functions traced
+    into one `program` share what they
     have in common: arguments of one name are one value.
     """
     arguments = tuple(inspect.signature(function).parameters)

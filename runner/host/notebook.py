@@ -1,7 +1,7 @@
 """Results at a prompt and in notebooks: a line, a text, tables as HTML, and pictures by `plot()`.
 
-Texts and pictures are made on floors above the results; the root package has the tables of them, as it has that of
-public names.
+Texts and pictures are made on floors above the results; the root package has the tables of them, as
+it has that of public names.
 """
 
 import re

@@ -1,7 +1,8 @@
 """Named values of a graph as a page changes them: each has a slider, and parameters follow by the same formulas.
 
-Sums, products, quotients, roots and whole powers have the same bits in a browser as in Python. A value from which a
-parameter follows by another function, a rate, a duration, an integer or an entry of a list needs the command line.
+Sums, products, quotients, roots and whole powers have the same bits in a browser as in Python. A
+value from which a parameter follows by another function, a rate, a duration, an integer or an entry
+of a list needs the command line.
 """
 
 from collections.abc import Iterator, Mapping

@@ -1,10 +1,11 @@
 """Serves the windows of a session on this machine alone.
 
-Only 127.0.0.1 is listened to. A request must name this server as its host, and as its origin where it has one; all but
-the empty page need a token that only the address in the terminal has, anew at each start. A page has the server prove
-that it has the token before it sends it: after this process has ended, another one may listen to its port. Nothing that
-a browser sends is evaluated, and the page may load nothing from elsewhere. With `--edit` the numbers of sliders are
-written into the graph file, by names and units that the file has; without it nothing is written.
+Only 127.0.0.1 is listened to. A request must name this server as its host, and as its origin where
+it has one; all but the empty page need a token that only the address in the terminal has, anew at
+each start. A page has the server prove that it has the token before it sends it: after this process
+has ended, another one may listen to its port. Nothing that a browser sends is evaluated, and the
+page may load nothing from elsewhere. With `--edit` the numbers of sliders are written into the
+graph file, by names and units that the file has; without it nothing is written.
 """
 
 import hmac

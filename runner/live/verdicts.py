@@ -53,8 +53,9 @@ def loop_names(planned: Plan) -> list[str]:
 def verdicts(graph: Graph, thorough: bool) -> Verdicts:
     """Return what is known of each loop, its limits and each requirement that needs an analysis.
 
-    Loops are judged at the start, which takes some 50 ms. What is not stable there may be so later: only a thorough
-    answer looks for other operating points, and asks the requirements. `met` is None where there is no answer.
+    Loops are judged at the start, which takes some 50 ms. What is not stable there may be so later:
+    only a thorough answer looks for other operating points, and asks the requirements. `met` is
+    None where there is no answer.
     """
     planned = plan(graph)
     names = loop_names(planned)

@@ -26,10 +26,11 @@ from proofmass.runner.plan.bindings import WireBinding, bindings
 class Group:
     """Continuous blocks that act on each other, and the blocks between them.
 
-    `states` are the fields of the blocks' states, modes included. `nodes` are evaluated at every instant, in order:
-    outputs, and the constants of blocks that a signal within the group drives. `loops` are solved at every instant.
-    `inputs` are the outputs of other blocks that act on the group, held over the tick; those in `ramps` move on a
-    straight line to their next value. `events` are those of its blocks, `corners` those of all its members, of
+    `states` are the fields of the blocks' states, modes included. `nodes` are evaluated at every
+    instant, in order: outputs, and the constants of blocks that a signal within the group drives.
+    `loops` are solved at every instant. `inputs` are the outputs of other blocks that act on the
+    group, held over the tick; those in `ramps` move on a straight line to their next value.
+    `events` are those of its blocks, `corners` those of all its members, of
     which the last `counters` count.
     """
 

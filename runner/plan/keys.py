@@ -1,7 +1,8 @@
 """Keys of places in the memory of a generated loop, each of its own type, and the names of their variables.
 
-Two keys are equal only if type and names agree, whatever names a user chooses. A variable of the loop is called
-`block__port`. Names that the generator makes up end in an underscore, as `block__port__next_`; a user's never do.
+Two keys are equal only if type and names agree, whatever names a user chooses. A variable of the
+loop is called `block__port`. Names that the generator makes up end in an underscore, as
+`block__port__next_`; a user's never do.
 """
 
 import re

@@ -187,8 +187,8 @@ class Plan(Filled):
     def same_sizes(self, other: "Plan") -> bool:
         """Return whether the loop of this plan can run another plan that differs in parameters alone.
 
-        Parameters that are true or false are a part of the loop. The length of a buffer may depend on a number: the
-        wider the band of flicker noise, the longer its buffer.
+        Parameters that are true or false are a part of the loop. The length of a buffer may depend
+        on a number: the wider the band of flicker noise, the longer its buffer.
         """
         changed = (name for name, block in self.blocks.items() if block is not other.blocks[name])
         return all(self._sizes(name) == other._sizes(name) for name in changed)

@@ -14,8 +14,9 @@ def assemble(
 ) -> tuple[Matrix, Matrix]:
     """Transition and entry of a linear group; its rates for unit states and inputs are the columns of A and B.
 
-    `factors` are inputs that multiply others, with their values. The column of the first factor is their effect at zero
-    states and inputs, for an input of one; the columns of the other factors are zero.
+    `factors` are inputs that multiply others, with their values. The column of the first factor is
+    their effect at zero states and inputs, for an input of one; the columns of the other factors
+    are zero.
     """
     group, factors_at = stages.group, factors or {}
     n, m = len(group.states), len(group.inputs)

@@ -49,8 +49,9 @@ class RecordingError(ValueError):
 def read_recordings(graph: FlatGraph, name: str) -> dict[str, tuple[float, ...]]:
     """The recorded buffers of a block, by name; empty for a block that plays no recording.
 
-    The first column is time. A unit stands in brackets after the name of a CSV or Parquet column, and in the attribute
-    `units` of a netCDF variable. Numbers without a unit are in the unit of the block.
+    The first column is time. A unit stands in brackets after the name of a CSV or Parquet column,
+    and in the attribute `units` of a netCDF variable. Numbers without a unit are in the unit of the
+    block.
     """
     block = graph.blocks[name]
     quantities = {buffer: declared.recorded for buffer, declared in type(block).buffers.items() if declared.recorded}

@@ -16,9 +16,10 @@ FINEST = 1e-15  # below which rounding alone decides
 class Solver:
     """A group with the method that integrates it.
 
-    "exact" steps by matrices, x[n+1] = transition x[n] + entry (u[n], change of the ramps over the tick). They change
-    if a parameter is driven or a factor moves; u holds 1 in place of the first factor. Steps of the other methods are
-    `1/substeps` of a tick long; with a tolerance above zero that is the length of the first step.
+    "exact" steps by matrices, x[n+1] = transition x[n] + entry (u[n], change of the ramps over the
+    tick). They change if a parameter is driven or a factor moves; u holds 1 in place of the first
+    factor. Steps of the other methods are `1/substeps` of a tick long; with a tolerance above zero
+    that is the length of the first step.
     """
 
     name: str  # in generated code

@@ -27,8 +27,8 @@ from proofmass.runner.plan.groups import Group, state_fields
 
 
 class StageContext(NamedTuple):
-    """Values that are fixed during a tick: constants by block, inputs at its start and their slopes, guesses for the
-    tears of loops."""
+    """Values that are fixed during a tick: constants by block, inputs at its start and their
+    slopes, guesses for the tears of loops."""
 
     constants: Mapping[str, Any]
     inputs: Sequence[float]

@@ -34,8 +34,8 @@ NO_RECORDINGS: Recordings = types.MappingProxyType({})
 def plan(graph: GraphSource, *, wide: bool = False, recordings: Recordings = NO_RECORDINGS) -> Plan:
     """Check, schedule and prepare a graph; raises `ModelError`.
 
-    With `wide` fixed-point blocks may have values of more than 64 bits, which the compiled engine cannot run.
-    `recordings` are played in place of those in files, by block and buffer.
+    With `wide` fixed-point blocks may have values of more than 64 bits, which the compiled engine
+    cannot run. `recordings` are played in place of those in files, by block and buffer.
     """
     graph = graph_from(graph)
     flat = flatten(graph)

@@ -37,7 +37,7 @@ class Builder:
         self.wholes: dict[form.Value, tuple[str, form.Operand]] = {}  # integers: the rounding and the number rounded
         self.lowered: dict[Any, Any] = {}  # functions of Python for functions of this program, shared with `beside`
 
-    # -- what a function has ---------------------------------------------------------------------------------------
+    # -- what a function has -----------------------------------------------------------------------
 
     def parameter(self, kind: form.Kind, name: str) -> form.Value:
         """One more parameter."""
@@ -74,7 +74,7 @@ class Builder:
         other.lowered = self.lowered
         return other
 
-    # -- statements ------------------------------------------------------------------------------------------------
+    # -- statements --------------------------------------------------------------------------------
 
     def compute(self, operation: str, *operands: BuilderInput, name: str = "") -> form.Operand:
         """An operation on values, folded where all of them are constants."""
@@ -155,7 +155,7 @@ class Builder:
         if not self.ended:
             self._region.append(statement)
 
-    # -- scopes ----------------------------------------------------------------------------------------------------
+    # -- scopes ------------------------------------------------------------------------------------
 
     @property
     def ended(self) -> bool:

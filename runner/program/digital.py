@@ -1,7 +1,8 @@
 """Digital blocks in a program: calls of their integer code, and what becomes of an overflow.
 
-A block's overflow is not 0 in a tick in which one of its values saturated or wrapped; its overflows count such ticks.
-`refused` is not 0 from the first tick on in which a value did not fit its format although it had to.
+A block's overflow is not 0 in a tick in which one of its values saturated or wrapped; its overflows
+count such ticks. `refused` is not 0 from the first tick on in which a value did not fit its format
+although it had to.
 """
 
 from proofmass.blocks.declaration.instance import format_of

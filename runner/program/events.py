@@ -1,7 +1,8 @@
 """Events of a tick in a program with slopes: where something enters beside what lasts, or is listened to.
 
-A wire that a run chooses, a deviate that is drawn, and a number that is rounded are events. They are counted from 0 on
-in each tick. All lanes tell what they are alike; each has the slope there, and may be the direction of one of them.
+A wire that a run chooses, a deviate that is drawn, and a number that is rounded are events. They
+are counted from 0 on in each tick. All lanes tell what they are alike; each has the slope there,
+and may be the direction of one of them.
 """
 
 from collections.abc import Callable

@@ -1,12 +1,14 @@
 """The typed program: Python functions and plans are lowered into it, and every target prints from it.
 
-A program is structured: functions of statements, `If`, `For`, `While`; no jumps but `Break`, `Continue` and `Return`.
-One statement computes a `Value`, once; only later statements read it, in the same region or in one inside it. What
-changes is a `Variable`, read by `Get` and written by `Set`, or an entry of a `Storage`. Every value has a kind;
-lowering dissolves tuples and NamedTuples into numbers. Each statement knows the line of Python that it comes from.
+A program is structured: functions of statements, `If`, `For`, `While`; no jumps but `Break`,
+`Continue` and `Return`. One statement computes a `Value`, once; only later statements read it, in
+the same region or in one inside it. What changes is a `Variable`, read by `Get` and written by
+`Set`, or an entry of a `Storage`. Every value has a kind; lowering dissolves tuples and NamedTuples
+into numbers. Each statement knows the line of Python that it comes from.
 
-Arithmetic is that of the reference: one rounding an operation, in the order written, no contraction; integers of 64
-bits in two's complement. A program is checked by `verify` and read by `listing`.
+Arithmetic is that of the reference: one rounding an operation, in the order written, no
+contraction; integers of 64 bits in two's complement. A program is checked by `verify` and read by
+`listing`.
 """
 
 from dataclasses import dataclass, field
@@ -72,7 +74,7 @@ class Storage:
 Operand: TypeAlias = Value | Immediate
 
 
-# -- operations without effect ----------------------------------------------------------------------------------------
+# -- operations without effect ---------------------------------------------------------------------
 
 
 class Signature(NamedTuple):
@@ -139,7 +141,7 @@ OPERATIONS: dict[str, Signature] = {
 }
 
 
-# -- statements -------------------------------------------------------------------------------------------------------
+# -- statements ------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -271,7 +273,7 @@ Statement: TypeAlias = Compute | Get | Set | Load | Store | View | Call | If | F
 Region: TypeAlias = list[Statement]
 
 
-# -- functions and programs -------------------------------------------------------------------------------------------
+# -- functions and programs ------------------------------------------------------------------------
 
 
 @dataclass(eq=False)

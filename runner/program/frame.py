@@ -50,7 +50,7 @@ class Frame:
         self.tick: Operand = operand(0)
         self.failed: Variable | None = None  # whether anything did, in a function of an instant
 
-    # -- memory and wires ---------------------------------------------------------------------------------------------
+    # -- memory and wires --------------------------------------------------------------------------
 
     def now(self, held: Lowered) -> Lowered:
         """Current value of something that is kept."""
@@ -75,7 +75,7 @@ class Frame:
         else:
             self.wires[node] = value
 
-    # -- calls -------------------------------------------------------------------------------------------------------
+    # -- calls -------------------------------------------------------------------------------------
 
     def call(self, name: str, function: str) -> Called:
         """Call a function of a block, named by its role or by the output that it computes."""

@@ -74,7 +74,7 @@ class GroupWriter:
         """Move the states by one tick, in the order of the reference engine."""
         raise NotImplementedError
 
-    # -- functions of an instant -------------------------------------------------------------------------------------
+    # -- functions of an instant -------------------------------------------------------------------
 
     def rates(self, context: GroupContext) -> Function:
         """Derivatives of all states; modes stand still."""
@@ -142,7 +142,7 @@ class GroupWriter:
         held = (self.frame.now(getattr(self.frame.states[block], field)) for block, field in self.group.states)
         return [as_kind(self.builder, value, FLOAT) for value in held]
 
-    # -- constants ---------------------------------------------------------------------------------------------------
+    # -- constants ---------------------------------------------------------------------------------
 
     def constants(self) -> Lowered:
         """Constants of the members, or the numbers from which the group computes them."""

@@ -21,8 +21,8 @@ def call_step(
 ) -> tuple[Lowered, Sequence[Operand]]:
     """Call a step with raw values: its result, and the values of the operations beside it.
 
-    What a shift drops passes through a function that is `dropping`: of the result, what was shifted, by how many
-    places, and the deviation of the error in steps.
+    What a shift drops passes through a function that is `dropping`: of the result, what was
+    shifted, by how many places, and the deviation of the error in steps.
     """
     given = tuple(arguments)
     name = _name(code, given)

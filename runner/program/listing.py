@@ -56,7 +56,7 @@ class ListedFunction:
         yield f"{head:{COLUMN}}# {function.origin}" if function.origin else head
         yield from self._region(function.body)
 
-    # -- statements ------------------------------------------------------------------------------------------------
+    # -- statements --------------------------------------------------------------------------------
 
     def _region(self, region: form.Region) -> Sequence[str]:
         return [f"    {line}" for statement in region for line in self._statement(statement)] or self.nothing
@@ -149,7 +149,7 @@ class ListedFunction:
     def _returned(self, values: Sequence[form.Operand]) -> str:
         return f"return {', '.join(map(self._alone, values))}".rstrip()
 
-    # -- expressions -----------------------------------------------------------------------------------------------
+    # -- expressions -------------------------------------------------------------------------------
 
     def _operation(self, statement: form.Compute) -> str:
         operation, read = statement.operation, [self._operand(operand) for operand in statement.operands]

@@ -102,7 +102,7 @@ class LoweredExpressions:
             raise WiderError(FAULT, TRUTH)
         self.builder.set(self.fault, self.builder.compute("either", self.builder.get(self.fault), fault))
 
-    # -- names and literals ----------------------------------------------------------------------------------------
+    # -- names and literals ------------------------------------------------------------------------
 
     def _constant(self, node: ast.Constant) -> Lowered:
         return self.known(node.value)
@@ -148,7 +148,7 @@ class LoweredExpressions:
     def _tuple(self, node: ast.Tuple) -> Lowered:
         return tuple(map(self.expression, node.elts))
 
-    # -- operators -------------------------------------------------------------------------------------------------
+    # -- operators ---------------------------------------------------------------------------------
 
     def _unaryop(self, node: ast.UnaryOp) -> Operand:
         if isinstance(node.op, ast.Not):
@@ -192,7 +192,7 @@ class LoweredExpressions:
         """Return whether an integer is known not to be negative."""
         return value.value >= 0 if isinstance(value, Immediate) else value in self.natural
 
-    # -- conditions ------------------------------------------------------------------------------------------------
+    # -- conditions --------------------------------------------------------------------------------
 
     def _boolop(self, node: ast.BoolOp) -> Operand:
         return self._joined(node, self.number)
@@ -325,7 +325,7 @@ class LoweredExpressions:
         known = operand(operator is ast.NotEq)
         return self.builder.compute("select", is_nan, known, holds)
 
-    # -- entries ---------------------------------------------------------------------------------------------------
+    # -- entries -----------------------------------------------------------------------------------
 
     def _subscript(self, node: ast.Subscript) -> Lowered:
         whole = self.expression(node.value)

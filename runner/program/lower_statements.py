@@ -36,7 +36,7 @@ class LoweredStatements(LoweredCalls):
             self.builder.line = Line(self.function.__code__.co_filename, node.lineno)
             method(node)
 
-    # -- assignments -----------------------------------------------------------------------------------------------
+    # -- assignments -------------------------------------------------------------------------------
 
     def _assign(self, node: ast.Assign) -> None:
         value = self.expression(node.value)
@@ -113,7 +113,7 @@ class LoweredStatements(LoweredCalls):
             raise WiderError(f"{name} {number}", value.kind)
         return numbers.as_kind(self.builder, value, kind)
 
-    # -- decisions and loops ---------------------------------------------------------------------------------------
+    # -- decisions and loops -----------------------------------------------------------------------
 
     def _if(self, node: ast.If) -> None:
         test = self.test(node.test)
@@ -222,7 +222,7 @@ class LoweredStatements(LoweredCalls):
         if not isinstance(node.value, ast.Constant):
             self.expression(node.value)
 
-    # -- the end ---------------------------------------------------------------------------------------------------
+    # -- the end -----------------------------------------------------------------------------------
 
     def _return(self, node: ast.Return) -> None:
         value = None if node.value is None else self.expression(node.value)

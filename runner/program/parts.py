@@ -1,8 +1,9 @@
 """A very long function split into parts, which it calls one after another; numbers between them stand in memory.
 
-The time of a compiler grows with the square of a function's length and more. A value that one part computes and another
-reads, and every variable that outlives a part, has a place in memory: its own, or one in the scratch array, where
-integers and truth values are stored by their bits. A loop that is long itself stays, and its body is split.
+The time of a compiler grows with the square of a function's length and more. A value that one part
+computes and another reads, and every variable that outlives a part, has a place in memory: its own,
+or one in the scratch array, where integers and truth values are stored by their bits. A loop that
+is long itself stays, and its body is split.
 """
 
 from collections.abc import Iterator, Mapping
@@ -23,8 +24,8 @@ Places: TypeAlias = Mapping[form.Variable, tuple[form.Storage, int]]
 def in_parts(function: form.Function, places: Places, memory: form.Storage, first: int) -> int | None:
     """Split a function if it is long; return how many places of `memory` it then uses, from `first` on.
 
-    `memory` is one of its parameters, as are the arrays of `places`, in which variables stand from call to call. A
-    function that returns early stays whole.
+    `memory` is one of its parameters, as are the arrays of `places`, in which variables stand from
+    call to call. A function that returns early stays whole.
     """
     if sum(1 for _ in statements(function.body)) < LONG or _jumps(function.body):
         return None

@@ -1,7 +1,7 @@
 """Large functions that a program has once, in place of a copy wherever they are called.
 
-A copy is faster where it always runs, and takes the compiler as long as it is large. So what is large is shared if it
-is called in branches alone, or would be there too often.
+A copy is faster where it always runs, and takes the compiler as long as it is large. So what is
+large is shared if it is called in branches alone, or would be there too often.
 """
 
 from collections import Counter

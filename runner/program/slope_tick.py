@@ -152,13 +152,14 @@ def _followed(s: TangentStep) -> Operand:
 class _Directions:
     """Writes the function of some ticks, each in several directions from one memory: a row of slopes for each.
 
-    Its parameters are those of the tick and the slopes of scratch; for the arrays that move, in their order, their
-    slopes and what they are before a tick, and their lengths; the places of entries whose slopes are kept, of one array
-    after the other, and where those of each end; the directions, what becomes of matrices in each row of them, their
-    number and that of events; the rows, which are the slopes that are kept, those at the events, and whether matrices
-    have some; and for each tick its number of events, and what these tell. What is kept in scratch holds for all
-    directions, and slopes of matrices for the following rows. Lanes have a direction each: all but the slopes is shared
-    by them.
+    Its parameters are those of the tick and the slopes of scratch; for the arrays that move, in
+    their order, their slopes and what they are before a tick, and their lengths; the places of
+    entries whose slopes are kept, of one array after the other, and where those of each end; the
+    directions, what becomes of matrices in each row of them, their number and that of events; the
+    rows, which are the slopes that are kept, those at the events, and whether matrices have some;
+    and for each tick its number of events, and what these tell. What is kept in scratch holds for
+    all directions, and slopes of matrices for the following rows. Lanes have a direction each: all
+    but the slopes is shared by them.
     """
 
     def __init__(self, entry: Function, moved: Sequence[Storage], scratch: Storage, events: Events) -> None:
@@ -209,7 +210,7 @@ class _Directions:
         return builder.function()
 
 
-# -- in the loop: functions that programs call -------------------------------------------------------------------------
+# -- in the loop: functions that programs call -----------------------------------------------------
 
 
 def _save(moved: _Several, before: _Several, lengths: _Several) -> None:

@@ -59,7 +59,7 @@ class SteppedGroup(GroupWriter):
             step = self._explicit(context, rates)
         return (step,) if self.fixed else (step, self._clearances(context_and_work), self._then(context_and_work))
 
-    # -- in each tick ------------------------------------------------------------------------------------------------
+    # -- in each tick ------------------------------------------------------------------------------
 
     def move(self) -> None:
         builder, time = self.builder, self.frame.time
@@ -94,7 +94,7 @@ class SteppedGroup(GroupWriter):
         context = GroupContext(*made)
         return (context, self.largest, self.steps_work) if self.solver.method == "radau" else context
 
-    # -- functions ---------------------------------------------------------------------------------------------------
+    # -- functions ---------------------------------------------------------------------------------
 
     def _explicit(self, context: GroupContext, rates: Function) -> Function:
         """Write the formula of the method: it runs on values that record their arithmetic."""

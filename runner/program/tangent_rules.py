@@ -2,10 +2,11 @@
 
     y = f(x),  dy = f'(x) dx
 
-What a number means for slopes is what it means for dual numbers (`derivatives.dual`). Quantisers have the slope one:
-conversions to integers, `truncate`, shifts, `rounding.round_half_even`, `rounding.round_down`, registers that wrap.
-What is counted with has none: `floor`, `ceiling`, `rounding.nearest_integer`, comparisons. Bits of a number that moves
-have no derivative: their slope is NaN. What is multiplied by a slope of exactly 0 is nothing, whatever it is.
+What a number means for slopes is what it means for dual numbers (`derivatives.dual`). Quantisers
+have the slope one: conversions to integers, `truncate`, shifts, `rounding.round_half_even`,
+`rounding.round_down`, registers that wrap. What is counted with has none: `floor`, `ceiling`,
+`rounding.nearest_integer`, comparisons. Bits of a number that moves have no derivative: their slope
+is NaN. What is multiplied by a slope of exactly 0 is nothing, whatever it is.
 """
 
 import math

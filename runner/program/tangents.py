@@ -1,13 +1,13 @@
-"""A program with its derivatives in one direction: beside every number stands its slope (forward mode; Griewank and
-Walther 2008, chapter 3).
+"""A program with its derivatives in one direction: beside every number stands its slope (forward
+mode; Griewank and Walther 2008, chapter 3).
 
     f(x), dx  ->  f(x), f'(x) dx
 
 Operations have the rules of `tangent_rules`. Entries of an array at a place that moves have no derivative: their
 slope is NaN.
 
-Slopes that are zero wherever a program runs are not computed: a function is written once for each choice of parameters
-that move.
+Slopes that are zero wherever a program runs are not computed: a function is written once for each
+choice of parameters that move.
 """
 
 from collections.abc import Mapping, Sequence
@@ -39,8 +39,8 @@ class Tangents:
     def __init__(self, own: Mapping[str, TangentRule] | None = None, beside: Sequence[form.Storage] = ()) -> None:
         """Take rules by the origins of functions, beside those of rounding and of elementary functions.
 
-        They may use arrays of the entry that are `beside`, which pass through every function with slopes; what calls
-        functions with own rules has slopes, whether its parameters move or not.
+        They may use arrays of the entry that are `beside`, which pass through every function with
+        slopes; what calls functions with own rules has slopes, whether its parameters move or not.
         """
         self.rules, self.beside = {**OF_FUNCTIONS, **(own or {})}, beside
         self.lowered: dict[Any, Any] = {}
@@ -107,7 +107,7 @@ class TangentWriter:
         elif moving:
             self.slopes[parameter] = self.builder.parameter(form.FLOAT, f"{parameter.name}_slope")
 
-    # -- statements --------------------------------------------------------------------------------------------------
+    # -- statements --------------------------------------------------------------------------------
 
     def copied(self, value: Any) -> Any:
         """An operand or array of the function, as the new one calls it."""
@@ -197,7 +197,7 @@ class TangentWriter:
         if slope is not NO_SLOPE:
             self.slopes[value] = slope
 
-    # -- calls -------------------------------------------------------------------------------------------------------
+    # -- calls -------------------------------------------------------------------------------------
 
     def _call(self, statement: form.Call) -> None:
         function, copied, arguments = statement.function, self.copied, statement.arguments

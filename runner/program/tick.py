@@ -1,7 +1,7 @@
 """The plan as a program: one function that runs a range of ticks on the memory passed to it.
 
-The program reads numbers that a run may change (parameters, seed, state) from arrays; only what the graph fixes
-(wiring, rate ratios, sizes, parameters that are true or false) is written into it.
+The program reads numbers that a run may change (parameters, seed, state) from arrays; only what the
+graph fixes (wiring, rate ratios, sizes, parameters that are true or false) is written into it.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -82,8 +82,8 @@ class TickWriter:
         ]
 
     def renewing(self, matrix: Storage, followed: Sequence[Operand]) -> Operand:
-        """Return whether a matrix of a group is made anew though none of the numbers that it follows from has
-        changed."""
+        """Return whether a matrix of a group is made anew though none of the numbers that it
+        follows from has changed."""
         return operand(False)
 
     def written(self) -> TickLoop:
@@ -117,7 +117,7 @@ class TickWriter:
         self.finish()
         return builder.function()
 
-    # -- before the ticks --------------------------------------------------------------------------------------------
+    # -- before the ticks --------------------------------------------------------------------------
 
     def begin(self) -> None:
         """Write what the loop reads before the first tick."""
@@ -185,7 +185,7 @@ class TickWriter:
                 if getattr(value, "kind", None) is FLOAT:
                     self.look_at(value)
 
-    # -- the parts of a tick, in their order ---------------------------------------------------------------------------
+    # -- the parts of a tick, in their order -------------------------------------------------------
 
     def outputs(self) -> None:
         """Compute all outputs of a tick."""

@@ -1,8 +1,9 @@
 """The tick with a clock in it: the program of a plan that also counts the time each of its parts takes.
 
-A reading of the clock stands between two parts of a tick. It waits until all before it is done, and what follows waits
-for it. So each part is timed alone, as it is when nothing overlaps, and the numbers are those of the plain tick.
-Between two readings with nothing between them stands the part `CLOCK`: what a reading itself costs.
+A reading of the clock stands between two parts of a tick. It waits until all before it is done, and
+what follows waits for it. So each part is timed alone, as it is when nothing overlaps, and the
+numbers are those of the plain tick. Between two readings with nothing between them stands the part
+`CLOCK`: what a reading itself costs.
 """
 
 from collections.abc import Iterator

@@ -1,8 +1,9 @@
 """The numbers of a program that differ from lane to lane when several runs go through it side by side.
 
-A number differs where it follows from one that does, and a variable also where some lanes set it and others do not.
-Lanes diverge at an `If` whose condition differs, and at jumps inside it: from there to the end of the region that was
-left, only some lanes are active. Each function is analysed once for each way in which it is called.
+A number differs where it follows from one that does, and a variable also where some lanes set it
+and others do not. Lanes diverge at an `If` whose condition differs, and at jumps inside it: from
+there to the end of the region that was left, only some lanes are active. Each function is analysed
+once for each way in which it is called.
 """
 
 from collections.abc import Mapping

@@ -1,7 +1,7 @@
 """The engines: what each is, what it can do and how a run starts on it.
 
-Choices of the command line, provenance and repeat commands derive from `ENGINES`. The module imports nothing that takes
-time, since the command line reads it for its help.
+Choices of the command line, provenance and repeat commands derive from `ENGINES`. The module
+imports nothing that takes time, since the command line reads it for its help.
 """
 
 from collections.abc import Callable, Mapping

@@ -1,9 +1,9 @@
 """Profile of a run: the time of checking, planning, compiling and the loop, and of each block within a tick.
 
-The loop is run as ever, and timed. Then its ticks are run again by a program with a clock in it, in many stretches: of
-each part the lower quartile over the stretches counts, less the cost of the clock itself: what else a machine does only
-adds. So a part is timed alone. A processor overlaps parts that do not wait for each other, so that together they take
-longer than the loop.
+The loop is run as ever, and timed. Then its ticks are run again by a program with a clock in it, in
+many stretches: of each part the lower quartile over the stretches counts, less the cost of the
+clock itself: what else a machine does only adds. So a part is timed alone. A processor overlaps
+parts that do not wait for each other, so that together they take longer than the loop.
 """
 
 import math

@@ -23,8 +23,8 @@ NEAR = 112 * 1024  # bytes of all lanes
 def lane_counts() -> tuple[int, ...]:
     """Return the numbers of lanes to choose from on this processor, the largest first.
 
-    Measured: 32 lanes suit vectors of 512 bits. Where they have 256 bits and half as many registers, 16 are faster by a
-    quarter in closed loops; where they have 128, 16 and 32 are alike.
+    Measured: 32 lanes suit vectors of 512 bits. Where they have 256 bits and half as many
+    registers, 16 are faster by a quarter in closed loops; where they have 128, 16 and 32 are alike.
     """
     return (32, 16, LEAST) if vector_bits() >= 512 else (16, LEAST)
 
@@ -32,8 +32,9 @@ def lane_counts() -> tuple[int, ...]:
 def lanes_for(runs: int, size: int) -> int:
     """Return the number of lanes for so many compiled runs of so many bytes each; 0 for a few runs.
 
-    The most that are filled several times and stay near the processor: with 48 KB of cache of the first level graphs of
-    the library were fastest with the most lanes that take at most 112 KB together.
+    The most that are filled several times and stay near the processor: with 48 KB of cache of the
+    first level graphs of the library were fastest with the most lanes that take at most 112 KB
+    together.
     """
     fitting = (lanes for lanes in lane_counts() if runs >= 4 * lanes and lanes * size <= NEAR)
     return next(fitting, LEAST if 2 * runs >= LEAST else 0)
@@ -42,8 +43,8 @@ def lanes_for(runs: int, size: int) -> int:
 def whole_lanes(lanes: int) -> int:
     """Return the least number of lanes from `lanes` on for which LLVM makes code: a power of two, 2 to 64; 0 stays.
 
-    Rows of other lengths would lie across the boundaries of vectors, and LLVM ends the process where it has no
-    instructions for them. Lanes without a run are idle. Raises `ModelError`.
+    Rows of other lengths would lie across the boundaries of vectors, and LLVM ends the process
+    where it has no instructions for them. Lanes without a run are idle. Raises `ModelError`.
 
     >>> whole_lanes(0), whole_lanes(1), whole_lanes(10), whole_lanes(64)
     (0, 2, 16, 64)
@@ -68,8 +69,8 @@ class SideBySide:
     ) -> tuple[AnyArray, AnyArray]:
         """Return the measures, a row for each run, and which rows are valid; the others are re-run individually.
 
-        `values` has an array for each parameter by `block.parameter`, `noise` the numbers that noise follows from.
-        Raises `StoppedError` soon after the event is set.
+        `values` has an array for each parameter by `block.parameter`, `noise` the numbers that
+        noise follows from. Raises `StoppedError` soon after the event is set.
         """
         able, measured = self._inside(values, len(noise)), np.full((len(noise), len(self.plan.measures)), np.nan)
         plans: list[Plan] = []

@@ -55,19 +55,21 @@ def simulate(
 ) -> Result:
     """Run a graph once.
 
-    `duration` runs all ticks from 0 to it, both ends included; `samples` so many base ticks; without either the graph
-    says. Traces of more than 256 MiB are written to `.npy` files in `folder` as they come, and are mapped from there.
+    `duration` runs all ticks from 0 to it, both ends included; `samples` so many base ticks;
+    without either the graph says. Traces of more than 256 MiB are written to `.npy` files in
+    `folder` as they come, and are mapped from there.
 
     Ctrl-C (or SIGTERM) ends the run after the chunk under way: the result then holds what was done and says that it
-    was interrupted. With a `folder` a checkpoint is kept there, and the same call goes on from it to the same bits.
-    With `resume` there must be one; `resume=False` removes it and starts at tick 0.
+    was interrupted. With a `folder` a checkpoint is kept there, and the same call goes on from it
+    to the same bits. With `resume` there must be one; `resume=False` removes it and starts at tick
+    0.
 
-    Raises `ModelError` when the graph is wrong, or other than that of a checkpoint in the folder, and `RunError` when a
-    number stops being finite, or leaves a format whose overflow is "refuse".
+    Raises `ModelError` when the graph is wrong, or other than that of a checkpoint in the folder,
+    and `RunError` when a number stops being finite, or leaves a format whose overflow is "refuse".
 
-    `graph` may have come from a file or from Python. `seed` is that of all noise, or else the graph's. `engine` is
-    "auto", "python", "compiled" or "cxxrtl"; all give the same bits. `progress` is called with the ticks that are done
-    and all ticks.
+    `graph` may have come from a file or from Python. `seed` is that of all noise, or else the
+    graph's. `engine` is "auto", "python", "compiled" or "cxxrtl"; all give the same bits.
+    `progress` is called with the ticks that are done and all ticks.
 
     >>> from proofmass import read_graph, simulate
     >>> result = simulate(read_graph("library:template"), duration="1 ms")

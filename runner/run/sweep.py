@@ -33,8 +33,8 @@ MOST_POINTS = 100_000
 class Sweep:
     """The results of a sweep, a point each; `sweep["bias"]` is an array of a measure over the grid of values.
 
-    `values` has the values of each parameter as they were given; the last parameter moves fastest. In a zipped sweep
-    all move together, and there is one dimension.
+    `values` has the values of each parameter as they were given; the last parameter moves fastest.
+    In a zipped sweep all move together, and there is one dimension.
 
     >>> from proofmass import read_graph, sweep
     >>> result = sweep(read_graph("library:template"), {"adc.bits": [10, 12], "sensor.mass": ["1 ug"]}, duration="1 ms")
@@ -107,14 +107,15 @@ def sweep(
 ) -> Sweep:
     """Run a graph once for each combination of values of its parameters, `{"adc.bits": [10, 12], "mass": ["1 ug"]}`.
 
-    Any parameter and named value may be swept, numbers, integers and texts alike. `zipped` takes the first values of
-    all parameters together, then the second ones. Probes record only with `traces`. By default the engine is chosen for
-    all runs together; the seed is the same at every point.
+    Any parameter and named value may be swept, numbers, integers and texts alike. `zipped` takes
+    the first values of all parameters together, then the second ones. Probes record only with
+    `traces`. By default the engine is chosen for all runs together; the seed is the same at every
+    point.
 
     Raises `ModelError` with what is wrong, at whichever point, before anything runs.
 
-    `graph` has the measures. `values` are lists, by parameter or named value. `duration`, `samples`, `seed` and
-    `engine` are those of `simulate`.
+    `graph` has the measures. `values` are lists, by parameter or named value. `duration`,
+    `samples`, `seed` and `engine` are those of `simulate`.
 
     >>> from proofmass import read_graph, sweep
     >>> graph = read_graph("library:template")

@@ -83,7 +83,7 @@ class _FunctionOfC(ListedFunction):
         restrict = "restrict " if self.is_entry else ""
         return f"{_pointer(parameter)}{restrict}{self.names[parameter]}"
 
-    # -- statements ------------------------------------------------------------------------------------------------
+    # -- statements --------------------------------------------------------------------------------
 
     def _defined(self, result: form.Value, text: str) -> str:
         return f"const {TYPES[result.kind]} {self.names[result]} = {text};"
@@ -130,7 +130,7 @@ class _FunctionOfC(ListedFunction):
             for place, result in enumerate(results):
                 yield self._defined(result, f"{several}.result_{place}")
 
-    # -- expressions -----------------------------------------------------------------------------------------------
+    # -- expressions -------------------------------------------------------------------------------
 
     def _operation(self, statement: form.Compute) -> str:
         operation, read = statement.operation, [self._operand(operand) for operand in statement.operands]

@@ -2,8 +2,9 @@
 
     x[k+1] = S[k] x[k] + R[k] w[k]:   a[k] = S[k]' a[k+1],   b[k] = R[k]' a[k+1]
 
-a has a column for each number that is asked for: those that last, after the last tick, and those at events, from their
-tick on. So a tick costs its entries times these numbers, however much has entered before.
+a has a column for each number that is asked for: those that last, after the last tick, and those at
+events, from their tick on. So a tick costs its entries times these numbers, however much has
+entered before.
 """
 
 from collections.abc import Callable
@@ -33,8 +34,9 @@ class TickEntries(NamedTuple):
 def carried_back(entries: TickEntries, heard: Indices, enters: Indices, last: Array) -> tuple[Array, Array]:
     """Return a[0], and b of all that enters, a row each.
 
-    `heard` has the column of a at which each event of each tick is asked for, `enters` the row of b of what enters
-    there; -1 if there is none. `last` is a after the last tick, [what lasts, what is asked for].
+    `heard` has the column of a at which each event of each tick is asked for, `enters` the row of b
+    of what enters there; -1 if there is none. `last` is a after the last tick, [what lasts, what is
+    asked for].
     """
     (size, width), (ticks, most) = last.shape, heard.shape
     tick = np.repeat(np.arange(ticks), np.diff(entries.bounds))

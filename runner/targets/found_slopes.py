@@ -43,9 +43,10 @@ class FollowedSlopes(NamedTuple):
 def followed(made: AnyArray, lanes: Indices, live: Truths, entering: AnyArray, if_moved: AnyArray) -> FollowedSlopes:
     """Return the slopes of ticks by numbers that have some as a tick begins, and by what enters in it.
 
-    `made` are slopes, [tick, row of lanes, number that lasts or event or more, lane]; `lanes` has the number or event
-    of each lane, -1 of one that is idle; `live` are the numbers that have slopes as the first tick begins. At events
-    something is `entering`, or only `if_moved`: if the number there has a slope.
+    `made` are slopes, [tick, row of lanes, number that lasts or event or more, lane]; `lanes` has
+    the number or event of each lane, -1 of one that is idle; `live` are the numbers that have
+    slopes as the first tick begins. At events something is `entering`, or only `if_moved`: if the
+    number there has a slope.
     """
     (ticks, rows, every, _), (size, most) = made.shape, (len(live), entering.shape[1])
     now, lived, events = live.astype(np.int64), np.zeros(size, dtype=np.int64), np.zeros(entering.shape, dtype=np.int64)

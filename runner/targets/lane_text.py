@@ -1,8 +1,9 @@
 """A program for several runs side by side, in LLVM's language: what differs between them is a vector of a lane a run.
 
-All lanes go through the program together. Where they part, both ways are gone, each with a mask of the lanes that are
-active on it: what is set or stored there is taken from these lanes alone. Arithmetic needs no mask, since no operation
-can fail. Each lane computes the bits of its run alone. In memory an entry of an array is a row of all lanes.
+All lanes go through the program together. Where they part, both ways are gone, each with a mask of
+the lanes that are active on it: what is set or stored there is taken from these lanes alone.
+Arithmetic needs no mask, since no operation can fail. Each lane computes the bits of its run alone.
+In memory an entry of an array is a row of all lanes.
 """
 
 from collections.abc import Mapping

@@ -111,8 +111,9 @@ def _function(name: str, result: str, kinds: tuple[str, ...], lines: tuple[str, 
 def _portable() -> dict[str, Template]:
     """Operations on scalars for WebAssembly.
 
-    It does not say whether a product fits. Its conversion of integers is written out, to the same bits: Chromium 150's
-    waits for a register that it does not need, which doubles the time of a closed loop.
+    It does not say whether a product fits. Its conversion of integers is written out, to the same
+    bits: Chromium 150's waits for a register that it does not need, which doubles the time of a
+    closed loop.
     """
     lines = (
         "%product = mul i64 %a, %b",

@@ -1,7 +1,7 @@
 """A program in LLVM's language, as text: what makes machine code, WebAssembly and code of GPUs read it.
 
-A variable is a place on the stack, which LLVM's first passes make a value of; all else is written as values straight
-away. Nothing is contracted or reordered: no instruction has a flag for that.
+A variable is a place on the stack, which LLVM's first passes make a value of; all else is written
+as values straight away. Nothing is contracted or reordered: no instruction has a flag for that.
 """
 
 import hashlib
@@ -116,7 +116,7 @@ class FunctionText:
         facts += f"dereferenceable({size}) " if size else ""
         return f"ptr {facts}nonnull align {BYTES[parameter.entry]} {name}"
 
-    # -- names and numbers -----------------------------------------------------------------------------------------
+    # -- names and numbers -------------------------------------------------------------------------
 
     def _named(self, item: form.Value | form.Variable | form.Storage) -> str:
         self.count += 1
@@ -137,7 +137,7 @@ class FunctionText:
         for text in texts:
             self.beside[text] = None
 
-    # -- blocks ----------------------------------------------------------------------------------------------------
+    # -- blocks ------------------------------------------------------------------------------------
 
     def _label(self) -> str:
         self.count += 1
@@ -163,7 +163,7 @@ class FunctionText:
         self._need((_LIKELY,))
         return ", !prof !0"
 
-    # -- statements ------------------------------------------------------------------------------------------------
+    # -- statements --------------------------------------------------------------------------------
 
     def _statement(self, statement: form.Statement) -> None:
         """Write a statement by the method that is named after its class."""

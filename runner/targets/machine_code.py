@@ -1,7 +1,8 @@
 """Machine code of a program: made by LLVM, kept in the user's own folder, loaded from there the next time.
 
-The object file is named by the hash of everything that went in: the text of the module, the version of LLVM and the
-processor. A damaged file is made anew; a folder that others could write to is not read. No fast-math, no contraction
+The object file is named by the hash of everything that went in: the text of the module, the version
+of LLVM and the processor. A damaged file is made anew; a folder that others could write to is not
+read. No fast-math, no contraction
 to fused multiply-add, no vector library: the code computes the same bits as plain Python.
 """
 
@@ -130,8 +131,8 @@ def object_code(text: str, settings: Settings = ALONE, between: Callable[[], Non
 def optimise(module: Any, machine: Any, settings: Settings = ALONE) -> None:
     """Run LLVM's passes over a module.
 
-    Small functions are taken into their callers before all else: passes that look at the whole program take time with
-    the square of its calls.
+    Small functions are taken into their callers before all else: passes that look at the whole
+    program take time with the square of its calls.
     """
     tuning = llvm.create_pipeline_tuning_options(speed_level=settings.level)
     tuning.slp_vectorization = settings.rows
@@ -170,8 +171,9 @@ def vector_bits() -> int:
 def _begin() -> None:
     """Set LLVM up, once in a process.
 
-    A second scheduler of instructions is of no use to processors of today, and takes time with the square of a tick's
-    length. Other addresses for the turns of loops take a fifth of the time of an object file; no graph gets faster.
+    A second scheduler of instructions is of no use to processors of today, and takes time with the
+    square of a tick's length. Other addresses for the turns of loops take a fifth of the time of an
+    object file; no graph gets faster.
     """
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()

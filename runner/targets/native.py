@@ -222,8 +222,8 @@ class CompiledLoop:
 def settings(written: TickLoop) -> Settings:
     """Return the settings by which LLVM compiles a loop of one run.
 
-    Only with vectors among the wires are numbers gathered into short vectors: it makes correlation cells fast, and the
-    chain of operations round a loop of scalars slow.
+    Only with vectors among the wires are numbers gathered into short vectors: it makes correlation
+    cells fast, and the chain of operations round a loop of scalars slow.
     """
     return Settings(rows=bool(written.vectors))
 

@@ -58,8 +58,8 @@ class CompiledLanes:
 class Lanes:
     """Runs of a plan in groups of as many as there are lanes; each run to the bit what it would be alone.
 
-    `values` has a number for each run of the varied parameters; of blocks that are settled before a run starts, it is
-    `plans` that have them, one for each run.
+    `values` has a number for each run of the varied parameters; of blocks that are settled before a
+    run starts, it is `plans` that have them, one for each run.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
 """Ticks with noise in machine code: what numbers that last, random numbers and errors of roundings do, over some ticks.
 
-Random numbers and roundings are events of a tick (`program.events`), each with a lane of its own. What some ticks do is
-composed of their sparse maps, from the last tick back.
+Random numbers and roundings are events of a tick (`program.events`), each with a lane of its own.
+What some ticks do is composed of their sparse maps, from the last tick back.
 """
 
 from collections import Counter
@@ -79,8 +79,8 @@ class TicksDone(NamedTuple):
     ) -> tuple[Array, Array]:
         """Return slopes in some ticks, by what lasts before them, and by what enters.
 
-        A column each is for the numbers that last after them, some by their places, and for events that are `asked` for
-        by their rows; a row for what enters, by the `columns` of rows.
+        A column each is for the numbers that last after them, some by their places, and for events
+        that are `asked` for by their rows; a row for what enters, by the `columns` of rows.
         """
         bounds = self.entries.bounds[ticks.start : ticks.stop + 1]
         own = slice(bounds[0], bounds[-1])

@@ -62,8 +62,8 @@ class SlopeCode:
 
 
 def has_slopes(plan: Plan) -> bool:
-    """Return whether the slopes of a plan's ticks are those of its program: its groups are linear, no loop is solved,
-    and no search by signs leaves a slope that its integers lack."""
+    """Return whether the slopes of a plan's ticks are those of its program: its groups are linear,
+    no loop is solved, and no search by signs leaves a slope that its integers lack."""
     if plan.schedule.loops or any(not solver.exact or solver.group.loops for solver in plan.solvers):
         return False
     kinds = {type(plan.blocks[name]) for name in plan.digital}
@@ -230,10 +230,10 @@ class SlopesInCode(CompiledLoop):
     def _in_directions(self, until: int) -> tuple[AnyArray, Indices, Indices, AnyArray]:
         """Return what some ticks do in all directions that are wanted, and what their events tell.
 
-        These are slopes, [tick, row, place or event, lane], with whether matrices move behind the events; the number of
-        the place or event whose direction each lane of a row has, and -1 of a lane that is idle; the number of events
-        of each tick; and what they tell. In a tick in which a direction moves matrices of groups, slopes hold if it is
-        one that is expected to.
+        These are slopes, [tick, row, place or event, lane], with whether matrices move behind the
+        events; the number of the place or event whose direction each lane of a row has, and -1 of a
+        lane that is idle; the number of events of each tick; and what they tell. In a tick in which
+        a direction moves matrices of groups, slopes hold if it is one that is expected to.
         """
         wanted = np.flatnonzero(self._wanted)
         parts = [wanted[~self._renewing[wanted]], wanted[self._renewing[wanted]]]

@@ -1,8 +1,8 @@
 """A program as a WebAssembly module, made without a linker, which computes the bits of machine code.
 
-LLVM's object file for wasm32 is a module already, but for an export: one is put in. The module imports its memory, and
-the functions of libm that the program calls, since there are none in a browser; a program without them computes the
-same bits everywhere.
+LLVM's object file for wasm32 is a module already, but for an export: one is put in. The module
+imports its memory, and the functions of libm that the program calls, since there are none in a
+browser; a program without them computes the same bits everywhere.
 """
 
 from collections.abc import Iterator

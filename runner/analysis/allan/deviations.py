@@ -8,8 +8,8 @@ With x the running integral of the signal and tau = m T:
 
 A constant part of the signal, and of Hadamard's a linear one, drops out.
 
-An estimate with e degrees of freedom scatters by 1 / sqrt(2 e) of itself (`freedom`): 10 % takes 50 of them. So a
-recording needs some length to tell a deviation to a stated part of it.
+An estimate with e degrees of freedom scatters by 1 / sqrt(2 e) of itself (`freedom`): 10 % takes 50
+of them. So a recording needs some length to tell a deviation to a stated part of it.
 """
 
 import math
@@ -95,8 +95,8 @@ def level_data(level: Any, unit: str) -> dict[str, Any]:
 def allan(signal: Any, *, rate: float = 0.0, unit: str = "1") -> Allan:
     """Allan, Hadamard and modified Allan deviations of a trace, a series or, with their `rate` in Hz, plain values.
 
-    The degrees of freedom of each point are those of the kind of noise that dominates there by the fit of N, B, K and
-    Q. Raises `ModelError` for a signal of under 64 values.
+    The degrees of freedom of each point are those of the kind of noise that dominates there by the
+    fit of N, B, K and Q. Raises `ModelError` for a signal of under 64 values.
 
     `signal` is in its own unit, or plain values in `unit`.
 

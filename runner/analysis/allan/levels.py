@@ -2,8 +2,9 @@
 
     S(f) = 2 N^2 + B^2 / (pi f) + 2 K^2 T^2 / (4 sin^2(pi f T)) + 2 Q^2 4 sin^2(pi f T) / T
 
-N is white (angle or velocity random walk), B flicker (bias instability), K a random walk of the signal, Q quantisation
-of its integral, T the period of the samples. The Allan variance is N^2 / tau + 2 ln 2 B^2 / pi + K^2 tau / 3 +
+N is white (angle or velocity random walk), B flicker (bias instability), K a random walk of the
+signal, Q quantisation of its integral, T the period of the samples. The Allan variance is N^2 /
+tau + 2 ln 2 B^2 / pi + K^2 tau / 3 +
 3 Q^2 / tau^2.
 
 A one-sided density of amplitude is sqrt(2) N: the standard's densities are two-sided.

@@ -1,7 +1,7 @@
 """Runs in machine code of a graph whose quantisers of one bit also say what they choose a level from.
 
-Such a block is given one more output. Its function is that of an output that is a level as it is chosen, where each
-rule that chooses returns its argument instead.
+Such a block is given one more output. Its function is that of an output that is a level as it is
+chosen, where each rule that chooses returns its argument instead.
 """
 
 import builtins

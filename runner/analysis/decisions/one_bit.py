@@ -1,14 +1,14 @@
 """Quantisers of one bit in a budget: v = K y + e, with K and the spectrum of e from two runs of the graph.
 
-The runs have different noise. Half the power of what they differ by is that of the noise, without signals, and without
-what repeats itself from run to run:
+The runs have different noise. Half the power of what they differ by is that of the noise, without
+signals, and without what repeats itself from run to run:
 
     K = E[z v] / E[z y],   e = v - K y
 
-(Booton, IRE Trans. Circuit Theory 1, 1954, 9; Ardalan and Paulos, IEEE Trans. Circuits and Systems 34, 1987, 593). That
-is exact whatever K is, if e is what it is in the run. So e has the spectrum that it has there, unless it is white, and
-K is such that e has nothing in common with the other sources of noise: z is what they make of y. Where they make
-little, z is y itself.
+(Booton, IRE Trans. Circuit Theory 1, 1954, 9; Ardalan and Paulos, IEEE Trans. Circuits and Systems
+34, 1987, 593). That is exact whatever K is, if e is what it is in the run. So e has the spectrum
+that it has there, unless it is white, and K is such that e has nothing in common with the other
+sources of noise: z is what they make of y. Where they make little, z is y itself.
 """
 
 from collections.abc import Set as AbstractSet
@@ -224,8 +224,8 @@ def _apart(first: Array, second: Array) -> Array:
 def _gain(y: Array, v: Array, sources: list[Array]) -> float:
     """Return K for which e has least in common with the sources; where they hardly show in y, with y itself.
 
-    The effect of a source on y within some decisions is an instrument, as in econometrics: K = E[z v] / E[z y]. The
-    part that finite means have by chance is subtracted.
+    The effect of a source on y within some decisions is an instrument, as in econometrics: K = E[z
+    v] / E[z y]. The part that finite means have by chance is subtracted.
     """
     square, product = float(np.mean(y**2)), float(np.mean(y * v))
     shared, both, chance = 0.0, 0.0, 0.0

@@ -1,7 +1,8 @@
 """Filters that give white noise the spectrum of the error of a quantiser, fitted to that of a run.
 
-All-pole models by linear prediction (Makhoul, Proc. IEEE 63, 1975, 561), first on an axis of frequency that is
-stretched at low frequencies, where decimation listens, and then, of what is left, on the axis as it is:
+All-pole models by linear prediction (Makhoul, Proc. IEEE 63, 1975, 561), first on an axis of
+frequency that is stretched at low frequencies, where decimation listens, and then, of what is left,
+on the axis as it is:
 
     1 / A(D(z)),   D(z) = (z^-1 - w) / (1 - w z^-1)
 
@@ -46,8 +47,9 @@ class Shaping:
     def matrices(self) -> Matrices:
         """Return A, B, C and D of one value. White noise of rms 1 gives every state the rms 1, and no two are related.
 
-        So A never makes a state longer, over any number of values. The states are those of a cascade of all-pass
-        sections (Heuberger, Van den Hof and Bosgra, IEEE Trans. Automatic Control 40, 1995, 451).
+        So A never makes a state longer, over any number of values. The states are those of a
+        cascade of all-pass sections (Heuberger, Van den Hof and Bosgra, IEEE Trans. Automatic
+        Control 40, 1995, 451).
         """
         a, b, through = np.zeros((0, 0)), np.zeros((0, 1)), np.ones((1, 1))
         last = np.zeros((1, 0))

@@ -1,7 +1,7 @@
 """Converters whose error stands still at an operating point: it makes no noise.
 
-A run with noise shows it. What a converter rounds is the same in every tick, as a coefficient is, or each value is one
-of its words already, as the level of another converter is.
+A run with noise shows it. What a converter rounds is the same in every tick, as a coefficient is,
+or each value is one of its words already, as the level of another converter is.
 """
 
 from collections.abc import Callable

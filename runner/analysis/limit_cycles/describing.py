@@ -2,9 +2,10 @@
 
     N(A) = 1 / (pi A) integral over a turn of y(A sin t) (sin t + j cos t) dt
 
-in closed form for a relay, with hysteresis, a sign, a saturation, a dead zone, a play, a quantiser, a sine and a cosine
-(Gelb and Vander Velde, Multiple-Input Describing Functions, 1968, appendix B), and by quadrature for any other block
-without memory. Sines are about the middle of the characteristic, which is odd about it.
+in closed form for a relay, with hysteresis, a sign, a saturation, a dead zone, a play, a quantiser,
+a sine and a cosine (Gelb and Vander Velde, Multiple-Input Describing Functions, 1968, appendix B),
+and by quadrature for any other block without memory. Sines are about the middle of the
+characteristic, which is odd about it.
 """
 
 import math

@@ -2,8 +2,9 @@
 
     N(A) L(j w) = -1
 
-L is the rest of the loop, linearised with the block as a gain of one. In a sampled loop w goes to half the rate, where
-a sampled sine is +-A, so that the fundamental of a relay is its output itself: N(A) = y(A) / A.
+L is the rest of the loop, linearised with the block as a gain of one. In a sampled loop w goes to
+half the rate, where a sampled sine is +-A, so that the fundamental of a relay is its output itself:
+N(A) = y(A) / A.
 """
 
 import cmath

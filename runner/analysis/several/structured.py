@@ -2,9 +2,10 @@
 
     max over U of rho(U M)  <=  mu(M)  <=  min over D of sigma(D M D^-1)
 
-U has a factor of size 1 for each scalar block, D a positive factor for each block. log sigma is convex in log D
-(Sezginer and Overton, IEEE Trans. Automatic Control 35, 1990, 1338), so that cutting planes find its minimum; for up to
-three blocks the upper bound is mu itself (Packard and Doyle, Automatica 29, 1993, 71).
+U has a factor of size 1 for each scalar block, D a positive factor for each block. log sigma is
+convex in log D (Sezginer and Overton, IEEE Trans. Automatic Control 35, 1990, 1338), so that
+cutting planes find its minimum; for up to three blocks the upper bound is mu itself (Packard and
+Doyle, Automatica 29, 1993, 71).
 """
 
 from collections.abc import Sequence

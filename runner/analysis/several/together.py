@@ -1,13 +1,15 @@
 """Disk margin for simultaneous perturbations: the room that all loops leave at once.
 
-Each wire carries its own factor f = (1 + d / 2) / (1 - d / 2), |d| < a: gain and phase together (Seiler, Packard and
-Gahinet, IEEE Control Systems 40, 2020, 78). With S = (I + L)^-1 of all wires the loops stay stable up to
+Each wire carries its own factor f = (1 + d / 2) / (1 - d / 2), |d| < a: gain and phase together
+(Seiler, Packard and Gahinet, IEEE Control Systems 40, 2020, 78). With S = (I + L)^-1 of all wires
+the loops stay stable up to
 
     a = 1 / max over w of mu(S - I / 2)
 
-The structured singular value mu lies between two bounds, `structured`, which agree for up to three loops. Where a
-period of the graph holds several values of a wire, its factor may change from one to the next. Modes that no wire sees,
-such as the phase of an oscillation, are left out as they are of a single loop.
+The structured singular value mu lies between two bounds, `structured`, which agree for up to three
+loops. Where a period of the graph holds several values of a wire, its factor may change from one to
+the next. Modes that no wire sees, such as the phase of an oscillation, are left out as they are of
+a single loop.
 """
 
 import math
@@ -100,8 +102,8 @@ class Together:
 def margins_together(graph: GraphSource, loops: Sequence[str] = (), *, at: At = AUTO) -> Together:
     """Return the disk margin for simultaneous perturbations of several loops: those named, or all of the graph.
 
-    A loop is named as in the graph, or by the output at which it is opened. Raises `ModelError` where a loop cannot be
-    told or linearised.
+    A loop is named as in the graph, or by the output at which it is opened. Raises `ModelError`
+    where a loop cannot be told or linearised.
 
     `graph` has the `loops`. The operating point `at` is that of `margins`.
 

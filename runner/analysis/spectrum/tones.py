@@ -1,8 +1,8 @@
 """A tone and what lies beside it: SNR, SNDR, THD, SFDR, ENOB, as IEEE Std 1241 has them, from a spectrum.
 
-The lines about zero, the tone and its harmonics within the main lobe of the window are theirs; the rest is noise, and
-goes on beneath them at the mean density of its neighbours, since it may be shaped. Harmonics above half the rate fold
-back. All ratios are of mean squares;
+The lines about zero, the tone and its harmonics within the main lobe of the window are theirs; the
+rest is noise, and goes on beneath them at the mean density of its neighbours, since it may be
+shaped. Harmonics above half the rate fold back. All ratios are of mean squares;
 ENOB = (SNDR - 10 log10(3/2)) / (20 log10(2)) is that of a converter which the tone fills.
 """
 

@@ -2,8 +2,9 @@
 
     S[k] = 2 mean |sum of w[n] (x[n] - mean of x) exp(-2 pi j k n / N)|^2 / (fs sum of w^2)
 
-without the 2 at zero and at half the rate. The mean of each segment is taken off. Times the equivalent noise bandwidth,
-fs sum of w^2 / (sum of w)^2, a line of S is the mean square of a tone in its middle.
+without the 2 at zero and at half the rate. The mean of each segment is taken off. Times the
+equivalent noise bandwidth, fs sum of w^2 / (sum of w)^2, a line of S is the mean square of a tone
+in its middle.
 """
 
 import math
@@ -133,12 +134,12 @@ def spectrum(
 ) -> Spectrum:
     """The one-sided spectral density of a trace, a series or, with their `rate` in Hz, of plain values.
 
-    Segments of so many values overlap by half. Without a `segment` it is the largest power of two of which 8 fit into
-    the signal; with 0 it is the whole signal, which shows tones best. Raises `ModelError` for a signal of under 16
-    values, and for a segment that does not fit.
+    Segments of so many values overlap by half. Without a `segment` it is the largest power of two
+    of which 8 fit into the signal; with 0 it is the whole signal, which shows tones best. Raises
+    `ModelError` for a signal of under 16 values, and for a segment that does not fit.
 
-    `signal` is in its own unit, or plain values in `unit`. `window` is rectangular, hann, hamming, blackman-harris,
-    nuttall, blackman-harris-7 or flat-top.
+    `signal` is in its own unit, or plain values in `unit`. `window` is rectangular, hann, hamming,
+    blackman-harris, nuttall, blackman-harris-7 or flat-top.
 
     >>> import numpy
     >>> from proofmass import spectrum

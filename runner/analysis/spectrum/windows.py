@@ -2,8 +2,8 @@
 
     w[n] = sum over k of (-1)^k a[k] cos(2 pi k n / N)
 
-(Harris, Proc. IEEE 66, 1978, 51; the minimum of four terms by Nuttall, IEEE Trans. ASSP 29, 1981, 84; that of seven by
-Albrecht, Proc. ICASSP 2001, 3045.)
+(Harris, Proc. IEEE 66, 1978, 51; the minimum of four terms by Nuttall, IEEE Trans. ASSP 29, 1981,
+84; that of seven by Albrecht, Proc. ICASSP 2001, 3045.)
 """
 
 import numpy as np

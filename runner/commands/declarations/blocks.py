@@ -19,8 +19,9 @@ from proofmass.runner.commands.declarations.options import (
 class TestBlockRequest(Request, does="test_block_command.test_blocks"):
     """Test the blocks of a Python file, which is run.
 
-    Each block is checked: documents, units, bounds, what compiled code can take, and the same bits in plain Python,
-    machine code, lanes, C99 and WebAssembly, on ordinary numbers and at the edges of arithmetic. Exit code 1 if a
+    Each block is checked: documents, units, bounds, what compiled code can take, and the same bits
+    in plain Python, machine code, lanes, C99 and WebAssembly, on ordinary numbers and at the edges
+    of arithmetic. Exit code 1 if a
     check fails.
 
     \b
@@ -79,8 +80,9 @@ class GalleryRequest(Request, does="gallery_command.show_gallery"):
 class NewRequest(Request, does="new_command.write_new_graph"):
     """Write a graph to start from.
 
-    It is ready to run. What a graph of the gallery names beside it, such as a recording, is copied too, and so is
-    proofmass-graph.json, with which editors complete it. A file that exists is not overwritten. A FILE that ends in
+    It is ready to run. What a graph of the gallery names beside it, such as a recording, is copied
+    too, and so is proofmass-graph.json, with which editors complete it. A file that exists is not
+    overwritten. A FILE that ends in
     .py is a graph in Python, with a block of its own.
 
     \b

@@ -22,9 +22,9 @@ from proofmass.runner.run.engine_table import EngineName
 class DiffRequest(Answered, does="diff_command.show_differences"):
     """Show how two graphs, two runs or two studies differ.
 
-    BEFORE and AFTER are graph files, which are compared by what they mean, or folders that `run --out` or `montecarlo
-    --out` wrote. Of studies the answer says which means and yields moved by more than sensors scatter. Exit code 1 if
-    something differs.
+    BEFORE and AFTER are graph files, which are compared by what they mean, or folders that `run
+    --out` or `montecarlo --out` wrote. Of studies the answer says which means and yields moved by
+    more than sensors scatter. Exit code 1 if something differs.
 
     \b
     proofmass diff library:closed_loop_accelerometer library:scale_factor_drift
@@ -50,8 +50,8 @@ class DiffRequest(Answered, does="diff_command.show_differences"):
 class VerifyRequest(Changed, does="verify_command.verify_graph"):
     """Check a graph against its requirements and golden results.
 
-    Requirements are those of the table [requirements] and of the loops; a run, margins and the study are computed if
-    one needs them. Exit code 1 if one is missed.
+    Requirements are those of the table [requirements] and of the loops; a run, margins and the
+    study are computed if one needs them. Exit code 1 if one is missed.
 
     \b
     proofmass verify library:closed_loop_accelerometer --junit findings.xml

@@ -58,9 +58,10 @@ class TuneRequest(Answered, does="tune_command.show_tuning"):
 class WorstRequest(Answered, does="worst_command.show_worst"):
     """Find how bad a graph can get within tolerances.
 
-    SOURCE is a graph, or a study, whose spread counts as tolerances: three standard deviations of normal parameters.
-    The answer has the worst case of each quantity, the effect of each parameter alone, and the number of points tried.
-    Without a quantity it takes the gain and phase margins of all loops.
+    SOURCE is a graph, or a study, whose spread counts as tolerances: three standard deviations of
+    normal parameters. The answer has the worst case of each quantity, the effect of each parameter
+    alone, and the number of points tried. Without a quantity it takes the gain and phase margins of
+    all loops.
 
     \b
     proofmass worst library:margin_tolerance_study --samples 20
@@ -111,10 +112,11 @@ class WorstRequest(Answered, does="worst_command.show_worst"):
 class ProveRequest(Answered, does="prove_command.show_proofs"):
     """Prove margins, scale factors, peaks and noise over tolerances.
 
-    SOURCE is a graph, or a study, whose spread counts as tolerances: three standard deviations of normal parameters.
-    Each claim is proved, refuted by a sensor that you can try, or open. The limits are those that loops require, else
-    6 dB and 45 deg. Exit code 1 if a claim is not proved. Ctrl-C ends the search with what is proved. With --out it is
-    kept in the certificate, and the same command goes on from there.
+    SOURCE is a graph, or a study, whose spread counts as tolerances: three standard deviations of
+    normal parameters. Each claim is proved, refuted by a sensor that you can try, or open. The
+    limits are those that loops require, else
+    6 dB and 45 deg. Exit code 1 if a claim is not proved. Ctrl-C ends the search with what is
+    proved. With --out it is kept in the certificate, and the same command goes on from there.
 
     \b
     proofmass prove library:closed_loop_accelerometer
@@ -209,8 +211,9 @@ class ProveRequest(Answered, does="prove_command.show_proofs"):
 class CheckProofRequest(Answered, does="prove_command.check_proof"):
     """Check a certificate that `prove --out` wrote.
 
-    The checker shares no code with the search. It verifies every box in whole numbers, and says what it takes for
-    granted. With GRAPH it also says whether the certificate is about that graph. Exit code 1 if it proves nothing.
+    The checker shares no code with the search. It verifies every box in whole numbers, and says
+    what it takes for granted. With GRAPH it also says whether the certificate is about that graph.
+    Exit code 1 if it proves nothing.
 
     \b
     proofmass prove library:closed_loop_accelerometer --out proof.json
@@ -224,8 +227,9 @@ class CheckProofRequest(Answered, does="prove_command.check_proof"):
 class SigmaDeltaRequest(Request, does="sigma_delta_command.show_modulator"):
     """Design the loop of a sigma-delta modulator.
 
-    The answer has the noise transfer function, the coefficients of the loop filter, and signal to noise ratios over
-    amplitude, predicted and simulated. With --out you get a graph, in which the coefficients are named values.
+    The answer has the noise transfer function, the coefficients of the loop filter, and signal to
+    noise ratios over amplitude, predicted and simulated. With --out you get a graph, in which the
+    coefficients are named values.
 
     \b
     proofmass sigma-delta --order 3 --oversampling 64 --out loop.toml

@@ -88,10 +88,11 @@ class _Written(Answered):
 class FitRequest(OfLaw, OfRecordings, _Written, does="fit_command.run_fit"):
     """Fit a graph to recordings, or a temperature law to a table.
 
-    With --data, parameters of the graph SOURCE are fitted to recordings. The answer has their values with intervals,
-    their correlations, whether the residuals are white, and which parameters are not identifiable.
-    Without --data, SOURCE is a table, or a graph that is run. Two exponentials are fitted to its output over
-    temperature, and compared with polynomials.
+    With --data, parameters of the graph SOURCE are fitted to recordings. The answer has their
+    values with intervals, their correlations, whether the residuals are white, and which parameters
+    are not identifiable.
+    Without --data, SOURCE is a table, or a graph that is run. Two exponentials are fitted to its
+    output over temperature, and compared with polynomials.
 
     \b
     proofmass new sensor.toml

@@ -107,8 +107,8 @@ class RunRequest(Answered, does="run_command.run_graph"):
 class CheckRequest(Changed, does="check_command.check_graph"):
     """List everything that is wrong with a graph or a study.
 
-    Files that it names are read, and it is planned as for a run. Exit code 1 if it cannot run, or if a loop misses a
-    margin that the graph requires.
+    Files that it names are read, and it is planned as for a run. Exit code 1 if it cannot run, or
+    if a loop misses a margin that the graph requires.
 
     \b
     proofmass check library:closed_loop_accelerometer
@@ -233,9 +233,9 @@ class MontecarloRequest(Answered, does="montecarlo_command.run_montecarlo"):
 class ReportRequest(Answered, does="report_command.report_study"):
     """Write a study as one HTML file.
 
-    The page has tables, histograms, fans, a tornado, and the runs worth a look. STUDY is the folder of `proofmass
-    montecarlo --out`, even while the study runs, or the study file. Of a file it takes the folder of the last run,
-    beside the file or here.
+    The page has tables, histograms, fans, a tornado, and the runs worth a look. STUDY is the folder
+    of `proofmass montecarlo --out`, even while the study runs, or the study file. Of a file it
+    takes the folder of the last run, beside the file or here.
 
     \b
     proofmass montecarlo library:scale_factor_drift --runs 20 --out drift --no-report
@@ -250,8 +250,9 @@ class ReportRequest(Answered, does="report_command.report_study"):
 class LiveRequest(Request, does="live_command.serve_live"):
     """Show a graph in the browser, and update it after every save.
 
-    The page has a slider for each parameter; traces, spectra, measures, margins and noise follow. It is served to this
-    machine alone. Mistakes in the file are shown with their lines, above the last good run.
+    The page has a slider for each parameter; traces, spectra, measures, margins and noise follow.
+    It is served to this machine alone. Mistakes in the file are shown with their lines, above the
+    last good run.
 
     \b
     proofmass live library:closed_loop_accelerometer
@@ -275,8 +276,8 @@ class LiveRequest(Request, does="live_command.serve_live"):
 class RtlRequest(Changed, does="rtl_command.write_rtl"):
     """Write the digital part of a graph as Verilog.
 
-    A self-checking test bench and a report come with it. Exit code 1 if a simulator finds a difference, or a proof
-    fails.
+    A self-checking test bench and a report come with it. Exit code 1 if a simulator finds a
+    difference, or a proof fails.
 
     \b
     proofmass rtl library:self_calibration_fixed -o hardware --simulate icarus

@@ -2,8 +2,8 @@
 
     V = a1 exp(b1 T) + a2 exp(b2 T)   (Liu, Li, Shen, eq. 1),   V = c0 + c1 T + ... + cn T^n
 
-All are least squares. The intervals are those of the linearised model with independent errors of one size (Student's
-distribution); findings tell where that does not hold.
+All are least squares. The intervals are those of the linearised model with independent errors of
+one size (Student's distribution); findings tell where that does not hold.
 """
 
 import math
@@ -57,8 +57,9 @@ class Fit:
 class FitReport:
     """All fits of one set of readings, and findings about them.
 
-    `fits` holds two exponentials by variable projection, then by alternation, then the polynomials. A finding that is
-    not a note says why the coefficients of the two exponentials are not determined.
+    `fits` holds two exponentials by variable projection, then by alternation, then the polynomials.
+    A finding that is not a note says why the coefficients of the two exponentials are not
+    determined.
     """
 
     readings: Readings
@@ -81,8 +82,8 @@ def fit(
 ) -> FitReport:
     """Fit all models; the alternation starts from the exponents `start`, or from Prony's.
 
-    Raises `ModelError` if the start or the exponentials are out of range, with the reason if the readings do not
-    determine them.
+    Raises `ModelError` if the start or the exponentials are out of range, with the reason if the
+    readings do not determine them.
     """
     scaled = ScaledReadings(readings)
     if start:

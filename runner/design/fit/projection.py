@@ -2,8 +2,9 @@
 
     v = sum over terms of a_i x^(p_i) exp(b_(j_i) x),   r(b) = v - E(b) a(b),   a(b) = E(b)^+ v
 
-The squares of r(b) are minimised by Levenberg and Marquardt's method with Kaufman's Jacobian P D a, P the projection
-off the span of E and D the derivatives of E (Golub and Pereyra 1973, Kaufman 1975; gradient exact). Everything here
+The squares of r(b) are minimised by Levenberg and Marquardt's method with Kaufman's Jacobian P D a,
+P the projection off the span of E and D the derivatives of E (Golub and Pereyra 1973, Kaufman 1975;
+gradient exact). Everything here
 is dimensionless: x from -1 to 1, v of the size of 1.
 """
 
@@ -127,8 +128,8 @@ def best(family: ExponentialFamily, x: AnyArray, v: AnyArray, starts: Sequence[S
 def prony(x: AnyArray, v: AnyArray) -> tuple[float, float] | None:
     """Exponents from the means of four stretches of equal length (Prony 1795), or None where they are not real.
 
-    The integrals of a sum of two exponentials over equal stretches follow the same recurrence as its values, and noise
-    moves them less.
+    The integrals of a sum of two exponentials over equal stretches follow the same recurrence as
+    its values, and noise moves them less.
     """
     means = list(_stretches(x, v, 4))
     try:

@@ -1,7 +1,7 @@
 """Tests whether readings determine two exponentials, against simpler laws and one with a constant.
 
-They do not if a simpler law is not worse by Fisher's test, if an interval contains zero, or if an exponent lies at its
-bound.
+They do not if a simpler law is not worse by Fisher's test, if an interval contains zero, or if an
+exponent lies at its bound.
 """
 
 import math

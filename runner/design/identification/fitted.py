@@ -170,20 +170,23 @@ def fit(
 ) -> Fitted:
     """Find the parameters with which a graph gives what was recorded.
 
-    `data` is a recording or a list of them: a file (CSV, Parquet, netCDF), a table of arrays with the times under
-    "time", or an xarray dataset. `inputs` and `outputs` map signals of the graph to columns; a list of signals stands
-    for columns of the same names. `free` lists parameters, or maps them to what is known of them:
+    `data` is a recording or a list of them: a file (CSV, Parquet, netCDF), a table of arrays with
+    the times under "time", or an xarray dataset. `inputs` and `outputs` map signals of the graph to
+    columns; a list of signals stands for columns of the same names. `free` lists parameters, or
+    maps them to what is known of them:
     `{"sensor.stiffness": {"at_least": "100 N/m", "expected": "132 N/m", "uncertainty": "3 N/m"}}`.
 
-    `offsets` and `delays` are outputs whose recording has an unknown constant, or lags by an unknown time. `levels` are
-    noise parameters, such as "amplifier.density", that are found from what is left. `loss` is "linear", "robust" or
-    "outliers". With several `starts` others are drawn within the bounds. What lies before `skip` is run but not
-    compared. Recorded inputs are held until the next row, or `interpolated`. The graph runs without its noise.
+    `offsets` and `delays` are outputs whose recording has an unknown constant, or lags by an
+    unknown time. `levels` are noise parameters, such as "amplifier.density", that are found from
+    what is left. `loss` is "linear", "robust" or "outliers". With several `starts` others are drawn
+    within the bounds. What lies before `skip` is run but not compared. Recorded inputs are held
+    until the next row, or `interpolated`. The graph runs without its noise.
 
     Ctrl-C ends the fit; the best values so far are the result. Raises `ModelError` with everything that is wrong.
 
-    `graph` has values to start from. `gaps` are refused, or recordings are split there. `seed` is that of further
-    starts, and `progress` is called with the runs that are done and the most there may be.
+    `graph` has values to start from. `gaps` are refused, or recordings are split there. `seed` is
+    that of further starts, and `progress` is called with the runs that are done and the most there
+    may be.
 
     >>> from proofmass import fit, read_graph, simulate
     >>> graph = read_graph("library:template")

@@ -1,7 +1,8 @@
 """Standard errors, correlations, and combinations of unknowns that recordings do not determine.
 
-The singular vectors of the derivatives, relative to the size of each unknown, are the combinations that the recordings
-determine one by one; the inverse of a singular value is the relative uncertainty of its combination.
+The singular vectors of the derivatives, relative to the size of each unknown, are the combinations
+that the recordings determine one by one; the inverse of a singular value is the relative
+uncertainty of its combination.
 """
 
 import math

@@ -1,8 +1,8 @@
 """Recordings that a graph is compared with, and what is done about gaps, missing values and the first time.
 
-Times must ascend. They are counted from the first row. A value that is missing in an output is not compared; one that
-is missing in an input is refused. A gap, more than one and a half steps long, is refused unless the recording is to be
-cut there: the pieces then run one by one, each from rest.
+Times must ascend. They are counted from the first row. A value that is missing in an output is not
+compared; one that is missing in an input is refused. A gap, more than one and a half steps long, is
+refused unless the recording is to be cut there: the pieces then run one by one, each from rest.
 """
 
 from collections.abc import Mapping, Sequence

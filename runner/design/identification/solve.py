@@ -1,8 +1,9 @@
 """Nonlinear least squares for the unknowns of a graph: Levenberg and Marquardt's steps within bounds, from SciPy.
 
-Residuals are differences between recording and run, divided by the noise of each output, which is estimated again from
-what is left. Derivatives are central differences between runs. Their steps move an output by a small part of its size,
-and by many codes of a converter, whose steps derivatives at a point would not see.
+Residuals are differences between recording and run, divided by the noise of each output, which is
+estimated again from what is left. Derivatives are central differences between runs. Their steps
+move an output by a small part of its size, and by many codes of a converter, whose steps
+derivatives at a point would not see.
 """
 
 import math
@@ -261,8 +262,9 @@ class UnknownsSolver:
     def _suit_steps(self, values: AnyArray) -> None:
         """Take steps that move some output by a part of its size, and by many steps of a converter.
 
-        Where that takes a large part of an unknown, as of coarse codes, they move codes alone by what is least. What a
-        step moves follows from any other where outputs are smooth; codes have to be moved.
+        Where that takes a large part of an unknown, as of coarse codes, they move codes alone by
+        what is least. What a step moves follows from any other where outputs are smooth; codes have
+        to be moved.
         """
         coded = any(self._code.values())
         for _ in range(_WIDENINGS if coded else 1):

@@ -1,7 +1,8 @@
 """Tables of recorded signals: CSV in its dialects, Parquet and netCDF, all columns at once.
 
-The separator of a CSV file is a comma, a semicolon, a tab or blanks; with all but commas numbers may have a decimal
-comma. Lines that begin with # are comments. A head may say a unit, `force [N]`, and so may a second line.
+The separator of a CSV file is a comma, a semicolon, a tab or blanks; with all but commas numbers
+may have a decimal comma. Lines that begin with # are comments. A head may say a unit, `force [N]`,
+and so may a second line.
 """
 
 import csv

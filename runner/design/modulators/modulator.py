@@ -97,13 +97,15 @@ def design_modulator(
 ) -> Modulator:
     """Return a sigma-delta modulator of an `order` for an `oversampling` ratio, the rate over twice the band.
 
-    `gain` is that of the noise far from the band: 1.5 is stable with one bit, more of it with more levels. `zeros` are
-    "optimised" for the least noise in the band, "centred" (so, with two of an even number at its centre), or "none".
-    `form` is CIFB, CRFB, CIFF or CRFF. `centre` of a band pass is relative to the rate; its order is even. `levels` are
-    those of the quantiser. `feeds` says which states take the input, the "first" or "all". With a `pulse`, begin and
-    end of that of the converter in periods, the loop filter is one of continuous time, which sees the same at every
-    decision (impulse invariance); (0, 1) is the full period. States are scaled to a `swing` at the amplitude of the
-    peak, or not at all if it is None. `samples` are those of each run, a multiple of which the tone fits.
+    `gain` is that of the noise far from the band: 1.5 is stable with one bit, more of it with more
+    levels. `zeros` are "optimised" for the least noise in the band, "centred" (so, with two of an
+    even number at its centre), or "none". `form` is CIFB, CRFB, CIFF or CRFF. `centre` of a band
+    pass is relative to the rate; its order is even. `levels` are those of the quantiser. `feeds`
+    says which states take the input, the "first" or "all". With a `pulse`, begin and end of that of
+    the converter in periods, the loop filter is one of continuous time, which sees the same at
+    every decision (impulse invariance); (0, 1) is the full period. States are scaled to a `swing`
+    at the amplitude of the peak, or not at all if it is None. `samples` are those of each run, a
+    multiple of which the tone fits.
 
     Raises `ModelError` for what cannot be designed.
 

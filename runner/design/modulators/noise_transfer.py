@@ -1,9 +1,10 @@
 """The noise transfer function of a sigma-delta modulator: zeros in the band, maximally flat outside, one gain there.
 
-With q = 2 cos w0 - 2 cos w, w0 the centre of the band, the poles are those of |H|^2 = q^n / (q^n + X): flat far from
-the band. X follows from the gain at the frequency furthest from the centre. The zeros lie where the power of white
-noise in the band is least: at the roots of Legendre's polynomial of this order, stretched to the band (Schreier, IEEE
-Trans. Circuits and Systems II 40, 1993; Schreier and Temes, Understanding Delta-Sigma Data Converters, chapter 4).
+With q = 2 cos w0 - 2 cos w, w0 the centre of the band, the poles are those of |H|^2 = q^n / (q^n +
+X): flat far from the band. X follows from the gain at the frequency furthest from the centre. The
+zeros lie where the power of white noise in the band is least: at the roots of Legendre's polynomial
+of this order, stretched to the band (Schreier, IEEE Trans. Circuits and Systems II 40, 1993;
+Schreier and Temes, Understanding Delta-Sigma Data Converters, chapter 4).
 """
 
 import math
@@ -52,9 +53,9 @@ def synthesised(
 ) -> NoiseTransfer:
     """Return the noise transfer function of an order, an oversampling ratio, and a gain far from the band.
 
-    `zeros` are "optimised", "centred" (so, but with two of an even number at the centre), or "none" (all at the
-    centre). `centre` is that of the band, relative to the rate; the band is 1 / (2 oversampling) wide. Raises
-    `ModelError` if that is not possible.
+    `zeros` are "optimised", "centred" (so, but with two of an even number at the centre), or "none"
+    (all at the centre). `centre` is that of the band, relative to the rate; the band is 1 / (2
+    oversampling) wide. Raises `ModelError` if that is not possible.
 
     >>> [round(abs(zero.imag), 4) for zero in synthesised(3, 32).zeros]
     [0.0, 0.076, 0.076]

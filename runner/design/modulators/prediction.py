@@ -1,11 +1,13 @@
 """Signal to noise of a modulator without a run: its quantiser as two gains and white noise.
 
-A quantiser of one bit sees a sine of p times the rms of Gaussian noise. It passes the noise with a gain k, and adds the
-power s = 1 - U^2/2 - m^2. U = (2/pi)^0.5 p e^-r (I0(r) + I1(r)) is the amplitude of the sine at the output, r = p^2/4,
-and m = (2/pi)^0.5 e^-r I0(r) is the noise that passes. The loop makes of s what the quantiser sees: ||H_k||^2 = 1 +
-m^2/s, H_k the noise transfer function at the gain k. Of two such k the larger one is stable. Beyond the largest U with
-a solution the loop overloads (Ardalan and Paulos, IEEE Trans. Circuits and Systems 34, 1987; Risbo, Stability
-predictions for high-order sigma-delta modulators, 1994). Quantisers of more levels have k = 1, s = step^2/12.
+A quantiser of one bit sees a sine of p times the rms of Gaussian noise. It passes the noise with a
+gain k, and adds the power s = 1 - U^2/2 - m^2. U = (2/pi)^0.5 p e^-r (I0(r) + I1(r)) is the
+amplitude of the sine at the output, r = p^2/4, and m = (2/pi)^0.5 e^-r I0(r) is the noise that
+passes. The loop makes of s what the quantiser sees: ||H_k||^2 = 1 + m^2/s, H_k the noise transfer
+function at the gain k. Of two such k the larger one is stable. Beyond the largest U with a solution
+the loop overloads (Ardalan and Paulos, IEEE Trans. Circuits and Systems 34, 1987; Risbo, Stability
+predictions for high-order sigma-delta modulators, 1994). Quantisers of more levels have k = 1, s =
+step^2/12.
 """
 
 import math
@@ -75,8 +77,8 @@ def _powers(amplitude: float) -> tuple[float, float]:
 def _growth(transfer: NoiseTransfer, k: float) -> float:
     """Return ||H_k||^2, the power of its impulse response; a large number where the loop is not stable.
 
-    A polynomial after the other is of one order less, its first coefficient positive as long as the loop is stable
-    (Astrom, Introduction to Stochastic Control Theory, section 5.2).
+    A polynomial after the other is of one order less, its first coefficient positive as long as the
+    loop is stable (Astrom, Introduction to Stochastic Control Theory, section 5.2).
     """
     numerator, denominator = _at_gain(transfer, k)
     total = 0.0

@@ -1,10 +1,11 @@
 """Loop filters of sigma-delta modulators: chains of integrators or resonators, with feedback or feed-forward.
 
-State i takes c x_(i-1), minus g x_(i+1) where the pair resonates, plus b_i u, minus a_i v (feedback, FB); y = c_n x_n +
-b_(n+1) u. With feed-forward (FF) only the first takes v, by c_1, and y = a_1 x_1 + ... + a_n x_n + b_(n+1) u. In CIFB
-and CIFF every integrator delays; a resonator's poles are 1 +- j sqrt(g). In CRFB and CRFF one of each pair does not,
-and the poles lie on the unit circle, at 2 - g = 2 cos w (Schreier and Temes, appendix B). Of continuous time, all
-integrate over one period, and the poles are +- j sqrt(g).
+State i takes c x_(i-1), minus g x_(i+1) where the pair resonates, plus b_i u, minus a_i v
+(feedback, FB); y = c_n x_n + b_(n+1) u. With feed-forward (FF) only the first takes v, by c_1, and
+y = a_1 x_1 + ... + a_n x_n + b_(n+1) u. In CIFB and CIFF every integrator delays; a resonator's
+poles are 1 +- j sqrt(g). In CRFB and CRFF one of each pair does not, and the poles lie on the unit
+circle, at 2 - g = 2 cos w (Schreier and Temes, appendix B). Of continuous time, all integrate over
+one period, and the poles are +- j sqrt(g).
 """
 
 import math
@@ -122,8 +123,9 @@ def loop_response(structure: Structure, k: Coefficients, length: int) -> Array:
 def realised(transfer: NoiseTransfer, structure: Structure, feeds: str) -> Coefficients:
     """Return the coefficients that give a noise transfer function; every c is 1.
 
-    The response of the loop is linear in the a, and n samples of it are its numerator: n equations. `feeds` says where
-    the input goes: "first", to the first state alone, or "all", by which the signal transfer function is 1.
+    The response of the loop is linear in the a, and n samples of it are its numerator: n equations.
+    `feeds` says where the input goes: "first", to the first state alone, or "all", by which the
+    signal transfer function is 1.
     """
     n = structure.order
     angles = [abs(float(np.angle(zero))) for zero in transfer.zeros]

@@ -1,7 +1,7 @@
 """Values of several quantities of a graph for given parameters, with derivatives by the free ones.
 
-Loops, noise and transfers are linearised with exact derivatives. Measures come from runs: their derivatives are
-differences between runs that lie side by side in lanes and share their noise.
+Loops, noise and transfers are linearised with exact derivatives. Measures come from runs: their
+derivatives are differences between runs that lie side by side in lanes and share their noise.
 """
 
 import math

@@ -1,9 +1,10 @@
 """Figures of a loop with their exact derivatives by parameters.
 
-A margin lies at a frequency at which L meets a condition: Im L = 0, |L| = 1, |T| = |T(0)| / sqrt 2. If a parameter
-moves L by dL, the frequency moves by dw so that the condition still holds, and the figure by what both do to it. At a
-peak dw does not count. Where a period has several values of the wire, a margin puts a closed-loop pole on the unit
-circle, and a peak is a singular value. dL = c (zI - A)^-1 (dA (zI - A)^-1 b + db) + dc (zI - A)^-1 b + dd.
+A margin lies at a frequency at which L meets a condition: Im L = 0, |L| = 1, |T| = |T(0)| / sqrt 2.
+If a parameter moves L by dL, the frequency moves by dw so that the condition still holds, and the
+figure by what both do to it. At a peak dw does not count. Where a period has several values of the
+wire, a margin puts a closed-loop pole on the unit circle, and a peak is a singular value. dL = c
+(zI - A)^-1 (dA (zI - A)^-1 b + db) + dc (zI - A)^-1 b + dd.
 """
 
 import cmath

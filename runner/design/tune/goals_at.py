@@ -1,8 +1,9 @@
 """Goals at a point of the search: slacks of hard goals, objectives, and their gradients.
 
-A slack is the distance into the allowed side, relative to the limit; it is negative where a hard goal is missed. An
-objective is the logarithm of a value that is to be small, or how far a soft limit is missed. Both have gradients by the
-parts of the way of each free parameter from its lower to its upper bound.
+A slack is the distance into the allowed side, relative to the limit; it is negative where a hard
+goal is missed. An objective is the logarithm of a value that is to be small, or how far a soft
+limit is missed. Both have gradients by the parts of the way of each free parameter from its lower
+to its upper bound.
 """
 
 import math

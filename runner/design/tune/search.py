@@ -1,8 +1,8 @@
 """The search for parameters: samples over the box, then sequential quadratic programming from the best of them.
 
-Hard goals come first: as long as one is missed, the worst slack is raised. Once all are met, the worst objective is
-lowered while they stay met. Loops that are unstable are made stable before. Every point that is tried counts: the best
-is the answer, also after an interruption.
+Hard goals come first: as long as one is missed, the worst slack is raised. Once all are met, the
+worst objective is lowered while they stay met. Loops that are unstable are made stable before.
+Every point that is tried counts: the best is the answer, also after an interruption.
 """
 
 import threading

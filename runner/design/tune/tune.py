@@ -148,8 +148,9 @@ def as_written(tuning: Tuning, parameters: Mapping[str, float]) -> dict[str, flo
 def tune(graph: GraphSource | Tuning, *, progress: Progress | None = None, **tables: Any) -> Tuned:
     """Find parameters of a graph that meet goals.
 
-    `free` and `goals`, and if wanted `points`, `tolerances`, `at`, `starts`, `samples` and `seed`, are tables and
-    numbers as in `[tune]` of a graph file; or give a `Tuning`, as `read_tuning` returns it. Ctrl-C ends the search;
+    `free` and `goals`, and if wanted `points`, `tolerances`, `at`, `starts`, `samples` and `seed`,
+    are tables and numbers as in `[tune]` of a graph file; or give a `Tuning`, as `read_tuning`
+    returns it. Ctrl-C ends the search;
     the best point so far is the result.
 
         tune(graph, free={"pid.integral": {"at_least": "1 1/s", "at_most": "100 1/s"}},
@@ -158,8 +159,8 @@ def tune(graph: GraphSource | Tuning, *, progress: Progress | None = None, **tab
 
     Raises `ModelError` with everything that is wrong with the tables.
 
-    `graph` has values to start from, `tables` are these tables. `progress` is called with the points that are tried and
-    all points.
+    `graph` has values to start from, `tables` are these tables. `progress` is called with the
+    points that are tried and all points.
 
     >>> from proofmass import read_graph, tune
     >>> graph = read_graph("library:closed_loop_accelerometer")

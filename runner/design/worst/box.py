@@ -1,12 +1,14 @@
 """The box of a worst case: a place in it, -1 to 1 along each coordinate, as parameters of the graph.
 
-A coordinate is a tolerance, what a study spreads, a law of drift that differs between sensors, its age, or a list of
-choices. Parameters are moved as in a run of a study: each from what its formula says where others have moved, spread
-about that, then aged. Normal deviates go up to three standard deviations.
+A coordinate is a tolerance, what a study spreads, a law of drift that differs between sensors, its
+age, or a list of choices. Parameters are moved as in a run of a study: each from what its formula
+says where others have moved, spread about that, then aged. Normal deviates go up to three standard
+deviations.
 
-Correlated deviates: places p of a group of m go to z = max|p| t d with d = R p, R the matrix of correlations. t is the
-largest with |z_i| <= 3 for each and z' R^-1 z <= 9 m: nothing less likely than the corner of m independent ones counts.
-Alone, a parameter takes the others along to their expected values, and opposite ends of two that are fully
+Correlated deviates: places p of a group of m go to z = max|p| t d with d = R p, R the matrix of
+correlations. t is the largest with |z_i| <= 3 for each and z' R^-1 z <= 9 m: nothing less likely
+than the corner of m independent ones counts. Alone, a parameter takes the others along to their
+expected values, and opposite ends of two that are fully
 correlated do not exist.
 """
 

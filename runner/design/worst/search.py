@@ -1,9 +1,10 @@
 """The search for the worst case in a box of parameters.
 
-Derivatives name a corner: each parameter goes where the derivative says that it gets worse. At that corner they name
-the next, until it is its own. From the worst corners each parameter is tried at its other end. If there are few corners
-all are tried. Random points look for what the corners miss, and from the worst points a bounded descent looks inside.
-Nothing of this proves that there is no worse case, so it counts what was tried.
+Derivatives name a corner: each parameter goes where the derivative says that it gets worse. At that
+corner they name the next, until it is its own. From the worst corners each parameter is tried at
+its other end. If there are few corners all are tried. Random points look for what the corners miss,
+and from the worst points a bounded descent looks inside. Nothing of this proves that there is no
+worse case, so it counts what was tried.
 """
 
 import itertools

@@ -145,17 +145,18 @@ def worst(
 ) -> WorstCases:
     """Find how bad quantities of a graph can get within tolerances.
 
-    `quantities` are tables by name, as goals of `[tune]` name them: `{"phase": {"loop": "main", "figure":
-    "phase_margin"}}`; unless given, the gain and phase margins of all loops. `tolerances` maps parameters to
-    "5 %", to a width with a unit or to a list of two values; a study brings everything that varies in it, normal
-    deviates up to three standard deviations. The worst yield of a study is that within `tolerances` alone: its spread
-    is in the yield.
+    `quantities` are tables by name, as goals of `[tune]` name them: `{"phase": {"loop": "main",
+    "figure": "phase_margin"}}`; unless given, the gain and phase margins of all loops. `tolerances`
+    maps parameters to
+    "5 %", to a width with a unit or to a list of two values; a study brings everything that varies
+    in it, normal deviates up to three standard deviations. The worst yield of a study is that
+    within `tolerances` alone: its spread is in the yield.
     All corners are tried if there are no more than `corners`, and so many random `samples`.
 
     Raises `ModelError` with everything that is wrong.
 
-    `source` is a graph, or a study with its graph. `at` is the operating point of `margins`. `seed` is that of the
-    samples, and `progress` is called with the points that are tried and all points.
+    `source` is a graph, or a study with its graph. `at` is the operating point of `margins`. `seed`
+    is that of the samples, and `progress` is called with the points that are tried and all points.
 
     >>> from proofmass import read_graph, worst
     >>> graph = read_graph("library:closed_loop_accelerometer")

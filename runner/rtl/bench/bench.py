@@ -1,7 +1,7 @@
 """A self-checking test bench in Verilog: it plays vectors of the simulation and compares every output in every clock.
 
-One process drives clock and stimuli, so their order is the same in every simulator. It prints PASS, or the first
-differences and FAIL.
+One process drives clock and stimuli, so their order is the same in every simulator. It prints PASS,
+or the first differences and FAIL.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

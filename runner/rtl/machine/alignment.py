@@ -1,7 +1,8 @@
 """Stages of the blocks of a machine: by how many ticks each is late, after blocks whose outputs come late.
 
-A block whose inputs come at different stages takes all of them at the latest stage, and its registers wait as long
-after a reset. So the machine does the same as the graph, later. In a loop of blocks that is impossible.
+A block whose inputs come at different stages takes all of them at the latest stage, and its
+registers wait as long after a reset. So the machine does the same as the graph, later. In a loop of
+blocks that is impossible.
 """
 
 from collections.abc import Mapping

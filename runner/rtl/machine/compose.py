@@ -20,8 +20,8 @@ from proofmass.runner.rtl.machine.words import VerilogNames, VerilogPort
 def compose(planned: Plan, only: Sequence[str] = (), name: str = "") -> Machine:
     """The machine of the digital blocks of a graph, or of some of them; raises `ModelError` with every problem.
 
-    `only` names blocks, or subgraphs with all their blocks. Outputs are those that other blocks, probes and measures
-    read; of named blocks, all outputs.
+    `only` names blocks, or subgraphs with all their blocks. Outputs are those that other blocks,
+    probes and measures read; of named blocks, all outputs.
     """
     paths = _chosen(planned, only)
     return _Composer(planned, BlockModules(planned, paths).named(), bool(only)).machine(name or planned.graph.root.name)

@@ -1,7 +1,8 @@
 """The digital part of a graph as one synchronous machine, as data: instances of modules, nets, clock enables.
 
-The clock has the lowest rate that the rates of all blocks divide. A slower block is enabled at its own ticks; a net
-slower than one of its readers is kept in between. Outputs of blocks outside are inputs of the machine; whatever they
+The clock has the lowest rate that the rates of all blocks divide. A slower block is enabled at its
+own ticks; a net slower than one of its readers is kept in between. Outputs of blocks outside are
+inputs of the machine; whatever they
 or probes read are its outputs.
 """
 
@@ -19,8 +20,8 @@ from proofmass.runner.rtl.machine.words import VerilogPort, Word
 class OutputNet:
     """One number of an output of the graph: `signal` as "cell.coefficient" or "bank.sums[3]".
 
-    It has a new value every `stride` clocks; if it is `kept`, a register holds the last one between them. It comes
-    `stage` ticks later than in the simulation.
+    It has a new value every `stride` clocks; if it is `kept`, a register holds the last one between
+    them. It comes `stage` ticks later than in the simulation.
     """
 
     name: str
@@ -35,8 +36,8 @@ class OutputNet:
 class Instance:
     """A block of the graph: `path` is its name there, `stride` the clocks from one of its ticks to the next.
 
-    `inputs` and `outputs` map the ports of the module to nets, or to numbers. The block takes its inputs `stage` ticks
-    late.
+    `inputs` and `outputs` map the ports of the module to nets, or to numbers. The block takes its
+    inputs `stage` ticks late.
     """
 
     name: str

@@ -1,7 +1,7 @@
 """A digital block as a module: its functions as integer operations, its ports and registers with their ranges.
 
-Constants and parameters are numbers of this graph, folded into the operations. Outputs and update are traced into one
-program, so that they share common operations.
+Constants and parameters are numbers of this graph, folded into the operations. Outputs and update
+are traced into one program, so that they share common operations.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -30,8 +30,9 @@ CLOCKING = ("clock", "reset", "enable")  # ports of a module with registers
 class Module:
     """A block with its numbers: what becomes one Verilog module.
 
-    `steps` has each output function and "update" by name, all in one program. At a clock with `enable` the registers
-    take the operations in `following`; with `reset`, their starts. Outputs come `pipeline.latency` ticks late.
+    `steps` has each output function and "update" by name, all in one program. At a clock with
+    `enable` the registers take the operations in `following`; with `reset`, their starts. Outputs
+    come `pipeline.latency` ticks late.
     """
 
     name: str

@@ -1,7 +1,7 @@
 """Stages of a pipeline: by how many ticks each value is late, so that operands of an operation are equally late.
 
-A cut is one tick later than its operand. A register is as late as its next value. If that depends on the register
-itself through a cut, no stage is late enough, and the cut is refused.
+A cut is one tick later than its operand. A register is as late as its next value. If that depends
+on the register itself through a cut, no stage is late enough, and the cut is refused.
 """
 
 from collections.abc import Iterable, Mapping
@@ -31,8 +31,9 @@ class Pipeline:
 
 @dataclass(frozen=True)
 class Flow:
-    """Dependencies in a module: `operands` of each operation; the operations of outputs (`results`) and the next values
-    of registers (`following`), by name; `registers` has the names of registers by their texts.
+    """Dependencies in a module: `operands` of each operation; the operations of outputs (`results`)
+    and the next values of registers (`following`), by name; `registers` has the names of registers
+    by their texts.
     """
 
     operands: Mapping[Operation, tuple[Operation, ...]]

@@ -1,7 +1,8 @@
 """Ranges of plain integers in registers: intervals that contain the start and that no step leaves.
 
-An interval that a step leaves is widened: first to the values that the step reaches, then to the next constant of the
-step or the next power of two. Once no step leaves it, steps from it narrow it again. So a counter
+An interval that a step leaves is widened: first to the values that the step reaches, then to the
+next constant of the step or the next power of two. Once no step leaves it, steps from it narrow it
+again. So a counter
 `0 if n == 1022 else n + 1` has the range 0 to 1022, and a register after a mask the range of the mask.
 """
 

@@ -1,7 +1,8 @@
 """The Verilog as a compiled model: Yosys writes it in C++ (CXXRTL), and the C++ compiler of the machine builds it.
 
-A model is a shared library, cached by the hash of its source in the folder of compiled loops. It exchanges 64-bit
-integers, one for each port or register: whole vectors of clocks in one call, or clock by clock in a compiled loop.
+A model is a shared library, cached by the hash of its source in the folder of compiled loops. It
+exchanges 64-bit integers, one for each port or register: whole vectors of clocks in one call, or
+clock by clock in a compiled loop.
 """
 
 import ctypes
@@ -69,8 +70,9 @@ class VerilogModel:
     def function(self, name: str) -> External:
         """A function that a compiled loop calls; it takes the address of the model first.
 
-        `settle(inputs...)`, then `output(number)`; `clock(inputs...)` with enable, with or without `settle` before;
-        `register(number)` and `set_register(number, value)`. Numbers count ports and registers in their order.
+        `settle(inputs...)`, then `output(number)`; `clock(inputs...)` with enable, with or without
+        `settle` before; `register(number)` and `set_register(number, value)`. Numbers count ports
+        and registers in their order.
         """
         inputs = len(self._reference.inputs)
         taken = {"settle": inputs, "clock": inputs, "output": 1, "register": 1, "set_register": 2}[name]

@@ -1,8 +1,8 @@
 """The program of the ticks with a compiled model of the hardware in the place of the digital blocks.
 
-Registers of the model are written before the first tick and read after the last, so that the memory is that of every
-engine. In a tick the model settles before the first of its outputs that is read after an input was written. After all
-updates it is clocked.
+Registers of the model are written before the first tick and read after the last, so that the memory
+is that of every engine. In a tick the model settles before the first of its outputs that is read
+after an input was written. After all updates it is clocked.
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator

@@ -1,9 +1,10 @@
 """Proof that Verilog does what the Python functions of its blocks do, for all inputs and all values of the registers.
 
-The proof compares the value of every register after the next clock, for any reset and enable, and every output in an
-enabled clock. It assumes registers within their ranges, and proves that starts and next values stay there; so they
-always are. Inputs are assumed within the ranges of their drivers. For a pipeline the netlist is taken without the
-registers that only delay values; `smt_pipeline` proves that all delays match.
+The proof compares the value of every register after the next clock, for any reset and enable, and
+every output in an enabled clock. It assumes registers within their ranges, and proves that starts
+and next values stay there; so they always are. Inputs are assumed within the ranges of their
+drivers. For a pipeline the netlist is taken without the registers that only delay values;
+`smt_pipeline` proves that all delays match.
 """
 
 from collections.abc import Collection, Iterator, Mapping

@@ -1,10 +1,11 @@
 """Goals made shallow: words common to both sides of a proof are proved equal and replaced by unknown words.
 
-No solver can decide a tower of products as it stands. But the two sides compute it in similar steps: words with equal
-values in random samples are proved equal, operands first, and each such pair is replaced by one unknown word of the
-same range. A goal that holds for all values of the unknown words holds for their actual values; a goal that fails for
-some may still hold. Ranges of the unknown words are guessed: their ends come from the tracer. Each end is proved from
-the ranges of the words before it, and only then used.
+No solver can decide a tower of products as it stands. But the two sides compute it in similar
+steps: words with equal values in random samples are proved equal, operands first, and each such
+pair is replaced by one unknown word of the same range. A goal that holds for all values of the
+unknown words holds for their actual values; a goal that fails for some may still hold. Ranges of
+the unknown words are guessed: their ends come from the tracer. Each end is proved from the ranges
+of the words before it, and only then used.
 """
 
 import random

@@ -1,8 +1,8 @@
 """A Verilog module as SMT-LIB definitions, as Yosys reads the text, with registers and inputs as constants.
 
-Yosys writes functions of a state, `(define-fun |m#3| ((state |m_s|)) (_ BitVec 8) ...)`, and one relation between a
-state and the next. Here the state is left out: `|m#3|` is a term, a register's present value is a constant, and its
-next value is the term that the relation equates with it.
+Yosys writes functions of a state, `(define-fun |m#3| ((state |m_s|)) (_ BitVec 8) ...)`, and one
+relation between a state and the next. Here the state is left out: `|m#3|` is a term, a register's
+present value is a constant, and its next value is the term that the relation equates with it.
 """
 
 import re

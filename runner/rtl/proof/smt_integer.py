@@ -1,8 +1,9 @@
 """Integers as SMT words: a step function that runs on them becomes the specification of a proof.
 
 An `SmtInteger` is two's complement, as wide as its bounds need, so that no operation can overflow. It implements all
-of `Mantissa` and shares nothing with the tracer: it has its own bounds, branches and folding, so that a proof finds a
-fault of the tracer and does not repeat it. A plain `if` is followed both ways, and the results are merged.
+of `Mantissa` and shares nothing with the tracer: it has its own bounds, branches and folding, so
+that a proof finds a fault of the tracer and does not repeat it. A plain `if` is followed both ways,
+and the results are merged.
 """
 
 import operator
@@ -160,7 +161,7 @@ class SmtInteger(Mantissa):
         above = [f"(bvsle {least} {self.resized(width)})"] * (self.low < low)
         return conjunction([*above, *[f"(bvsle {self.resized(width)} {greatest})"] * (self.high > high)])
 
-    # -- arithmetic ------------------------------------------------------------------------------------------------
+    # -- arithmetic --------------------------------------------------------------------------------
 
     def __mul__(self, other: Any) -> Any:
         if isinstance(other, int) and other > 0 and other & (other - 1) == 0:
@@ -188,7 +189,7 @@ class SmtInteger(Mantissa):
     __add__, __radd__ = _operators(_ring, "bvadd", operator.add)
     __sub__, __rsub__ = _operators(_ring, "bvsub", operator.sub)
 
-    # -- bits ------------------------------------------------------------------------------------------------------
+    # -- bits --------------------------------------------------------------------------------------
 
     def __and__(self, other: Any) -> Any:
         other = self.specification.lift(other)
@@ -236,7 +237,7 @@ class SmtInteger(Mantissa):
     def __mod__(self, divisor: Any) -> Any:
         return self & ((1 << _power_of_two(divisor)) - 1)
 
-    # -- comparisons and branches ----------------------------------------------------------------------------------
+    # -- comparisons and branches ------------------------------------------------------------------
 
     __lt__ = _comparison("bvslt", lambda a, b: a.high < b.low, lambda a, b: a.low >= b.high)
     __le__ = _comparison("bvsle", lambda a, b: a.high <= b.low, lambda a, b: a.low > b.high)
@@ -257,7 +258,7 @@ class SmtInteger(Mantissa):
     def __repr__(self) -> str:
         return f"{self.text} in [{self.low}, {self.high}]"
 
-    # -- what a mantissa does in a way of its own ------------------------------------------------------------------
+    # -- what a mantissa does in a way of its own --------------------------------------------------
 
     def select(self, chosen: Any, otherwise: Any) -> "SmtInteger":
         """`chosen` where the value is not 0, else `otherwise`."""

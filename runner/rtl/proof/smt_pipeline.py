@@ -1,9 +1,10 @@
-"""Pipelines in the netlist of a proof: which registers only make values late, by how many ticks each register and
-output is late, and the netlist without them.
+"""Pipelines in the netlist of a proof: which registers only make values late, by how many ticks
+each register and output is late, and the netlist without them.
 
-Nothing of the tracer is asked, only what Yosys read in the text. A netlist of latency L has to give in the n-th enabled
-clock after a reset, counted from 0 and for all n >= L, what Python gives in tick n - L. The inputs of a tick are those
-of the clock of its number. What outputs are before is not said. It is shown in two parts.
+Nothing of the tracer is asked, only what Yosys read in the text. A netlist of latency L has to give
+in the n-th enabled clock after a reset, counted from 0 and for all n >= L, what Python gives in
+tick n - L. The inputs of a tick are those of the clock of its number. What outputs are before is
+not said. It is shown in two parts.
 
 Here, of the registers, those of the blocks and those that were added to them:
 
@@ -13,17 +14,20 @@ Here, of the registers, those of the blocks and those that were added to them:
 - Where reset and enable are off every register keeps its value, so that enabled clocks alone count. Under reset timers
   and registers of the blocks take constants, whatever was before.
 - Each register has a stage, and so has what it takes; inputs have stage 0. That of a register r of a block is the first
-  n from which on it takes D(r) with c(n), c(n + 1), ...; before, it keeps its value. All that D(r) depends on has the
-  stage of r. All that D(p) of a register of the pipeline depends on has one stage k, from c(k) on p takes D(p), and
+  n from which on it takes D(r) with c(n), c(n + 1), ...; before, it keeps its value. All that D(r)
+  depends on has the stage of r. All that D(p) of a register of the pipeline depends on has one
+  stage k, from c(k) on p takes D(p), and
   its own stage is k + 1. All that an output depends on has stage L.
 
-By the solver, of the netlist in which D(p) is in the place of p, down to inputs and registers of the blocks: outputs
-and every D(r) are what Python makes of inputs and registers, for all of them; constants under reset are the starts.
+By the solver, of the netlist in which D(p) is in the place of p, down to inputs and registers of
+the blocks: outputs and every D(r) are what Python makes of inputs and registers, for all of them;
+constants under reset are the starts.
 
-So a value of stage k is in clock n >= k what that netlist makes of inputs and registers of tick n - k. By induction
-over n, and in a clock over operations, whose operands have one stage: of inputs it is said so. p holds D(p) of clock
-n - 1, which has stage k - 1: that of tick n - k. r holds its start up to clock k, and since then has taken D(r) of
-ticks 0 to n - k - 1, which are the values that Python gives it.
+So a value of stage k is in clock n >= k what that netlist makes of inputs and registers of tick n -
+k. By induction over n, and in a clock over operations, whose operands have one stage: of inputs it
+is said so. p holds D(p) of clock
+n - 1, which has stage k - 1: that of tick n - k. r holds its start up to clock k, and since then
+has taken D(r) of ticks 0 to n - k - 1, which are the values that Python gives it.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -87,7 +91,7 @@ class _Netlist:
         self._clocking = {name: term for name in CLOCKING[1:] for term in constants.get(name, ())}
         self._names = {term: name for name, terms in constants.items() for term in terms}
 
-    # -- parts -----------------------------------------------------------------------------------------------------
+    # -- parts -------------------------------------------------------------------------------------
 
     @cached_property
     def timers(self) -> list[Term]:
@@ -153,7 +157,7 @@ class _Netlist:
             found[register] = self.solver.replaced(self.taken[register], found)
         return found
 
-    # -- faults ----------------------------------------------------------------------------------------------------
+    # -- faults ------------------------------------------------------------------------------------
 
     def faults(self) -> Iterator[str]:
         """Yield the first fault of each register and output."""
@@ -202,7 +206,7 @@ class _Netlist:
             return all(self._value(self.following[register], each) == each[register] for each in given)
         return all(self._chosen(register, each) == register for each in given)
 
-    # -- terms -----------------------------------------------------------------------------------------------------
+    # -- terms -------------------------------------------------------------------------------------
 
     def _ordered(self) -> Iterable[Term]:
         """Registers of the pipeline, each behind those that it depends on; raises _NoStagesError for a loop."""

@@ -1,7 +1,7 @@
 """Modules of a machine as Amaranth Elaboratables: the operations of the Verilog, for designs written in Amaranth.
 
-Amaranth's arithmetic is exact, so a signal is as wide as the range of its value, and unsigned if that has no negative
-number. Ports are attributes; `sync` is clock and reset.
+Amaranth's arithmetic is exact, so a signal is as wide as the range of its value, and unsigned if
+that has no negative number. Ports are attributes; `sync` is clock and reset.
 """
 
 from collections.abc import Generator, Iterator

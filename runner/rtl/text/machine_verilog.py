@@ -1,8 +1,9 @@
 """The machine as Verilog-2001: its modules, and a top module that joins them and divides the clock.
 
-Counters make the enables: `tick_512` is high in one of 512 enabled clocks, beginning with the first after a reset. A
-kept net has three names: `x_now` from its block, the register `x_kept`, and `x` for its readers. A net that is read
-later than it comes has registers `x_late_1`, `x_late_2` and so on; late blocks begin to move when `ready` is high.
+Counters make the enables: `tick_512` is high in one of 512 enabled clocks, beginning with the first
+after a reset. A kept net has three names: `x_now` from its block, the register `x_kept`, and `x`
+for its readers. A net that is read later than it comes has registers `x_late_1`, `x_late_2` and so
+on; late blocks begin to move when `ready` is high.
 """
 
 from collections.abc import Iterator

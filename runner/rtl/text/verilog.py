@@ -18,8 +18,8 @@ from proofmass.runner.rtl.text.expressions import VerilogExpressions, fitted
 def module_text(module: Module, *, keep_adders: bool = True) -> str:
     """The Verilog of a module.
 
-    With `keep_adders` sums are marked `(* keep *)`: Yosys would make sums of three and more terms of LUTs, two to three
-    times as many as carry chains take.
+    With `keep_adders` sums are marked `(* keep *)`: Yosys would make sums of three and more terms
+    of LUTs, two to three times as many as carry chains take.
     """
     return "\n".join(_lines(module, keep_adders)) + "\n"
 

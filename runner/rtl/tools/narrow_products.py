@@ -1,8 +1,8 @@
 """Products with a narrow factor as sums, in lookup tables: rules by which Yosys replaces cells.
 
-A multiplier of 18 x 18 bits is wasted on a sign, or on a constant of few bits. A product is the sum of one factor,
-shifted, over the digits of the other. A constant has canonical signed digits, of which one of two neighbours is always
-zero (Reitwiesner 1960); a variable has its bits.
+A multiplier of 18 x 18 bits is wasted on a sign, or on a constant of few bits. A product is the sum
+of one factor, shifted, over the digits of the other. A constant has canonical signed digits, of
+which one of two neighbours is always zero (Reitwiesner 1960); a variable has its bits.
 """
 
 SWAPPED = """

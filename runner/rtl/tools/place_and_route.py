@@ -1,7 +1,8 @@
 """The clock of a netlist placed and routed by nextpnr, and the path that sets it.
 
-Only paths from register to register count: the netlist is placed without its ports, which have no registers. The path
-is described by the registers of the Verilog, and by the lines of Python of the wires on it.
+Only paths from register to register count: the netlist is placed without its ports, which have no
+registers. The path is described by the registers of the Verilog, and by the lines of Python of the
+wires on it.
 """
 
 import json

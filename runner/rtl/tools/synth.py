@@ -1,8 +1,8 @@
 """Resources of a module in an FPGA: lookup tables, flip-flops and multipliers after synthesis by Yosys.
 
-No open tool places and routes the Virtex-II Pro, `xc2vp`. Its number of slices is a bound, two lookup tables and two
-flip-flops in each; its clock is an estimate from the longest path. nextpnr places and routes ECP5 and iCE40 if it is
-installed.
+No open tool places and routes the Virtex-II Pro, `xc2vp`. Its number of slices is a bound, two
+lookup tables and two flip-flops in each; its clock is an estimate from the longest path. nextpnr
+places and routes ECP5 and iCE40 if it is installed.
 """
 
 import json

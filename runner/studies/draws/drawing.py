@@ -1,7 +1,7 @@
 """Parameters of many runs at once: the numbers of `Study.drawn`, to the bit, as arrays.
 
-Functions of one deviate are compiled and applied to arrays; the rest is plain arithmetic on integers and floats, for
-which NumPy gives the same bits.
+Functions of one deviate are compiled and applied to arrays; the rest is plain arithmetic on
+integers and floats, for which NumPy gives the same bits.
 """
 
 from collections.abc import Mapping

@@ -1,7 +1,7 @@
 """One table of what runs of a study were given: ages, times between calibrations, and every parameter that varies.
 
-Files, pictures and analyses of a study take their columns from here, with names, units and dimensions. No two columns
-of a study have one name, measures included.
+Files, pictures and analyses of a study take their columns from here, with names, units and
+dimensions. No two columns of a study have one name, measures included.
 """
 
 from dataclasses import dataclass
@@ -49,8 +49,8 @@ def drawn_columns(study: Study) -> tuple[DrawnColumn, ...]:
 class DrawnTable:
     """The columns of some runs; `table[column]` has a row for each run and a column for each epoch.
 
-    Parameters are without what calibrations leave. With `apart`, each is what it would be if nothing that it follows
-    from were spread or drifted.
+    Parameters are without what calibrations leave. With `apart`, each is what it would be if
+    nothing that it follows from were spread or drifted.
     """
 
     def __init__(self, study: Study, runs: AnyArray, *, apart: bool = False) -> None:

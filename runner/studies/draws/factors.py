@@ -7,8 +7,9 @@ With x(e) a parameter at an epoch and c the last epoch before e that calibrated 
 
 A calibrated sensor depends on the changes alone: the calibration has removed the effect of earlier values.
 
-Of a parameter that follows a formula and has a spread or drift of its own, x is the part that is its own: what the
-parameter would be if nothing that it follows from were spread or drifted. So what several parameters follow from is
+Of a parameter that follows a formula and has a spread or drift of its own, x is the part that is
+its own: what the parameter would be if nothing that it follows from were spread or drifted. So what
+several parameters follow from is
 one factor, and what each adds to it is another.
 """
 

@@ -44,10 +44,10 @@ def mean_interval(values: AnyArray) -> Bounds:
 def deviation_interval(values: AnyArray) -> Bounds:
     """Interval of the standard deviation: exp(ln(c s^2) -+ t e) under the root (Bonett, CSDA 50 (2006) 775).
 
-    e = c sqrt((g - (n - 3) / n) / (n - 1)), c = n / (n - z), g the kurtosis about a trimmed mean, and Student's t.
-    Small samples see too few of the values that make a kurtosis large, so g counts 1 + 4 / sqrt(n) times for the upper
-    end: what 93 % at least ask for of normal, lognormal, exponential and Laplace's laws. Fewer than five values, or
-    equal ones, bound nothing.
+    e = c sqrt((g - (n - 3) / n) / (n - 1)), c = n / (n - z), g the kurtosis about a trimmed mean,
+    and Student's t. Small samples see too few of the values that make a kurtosis large, so g counts
+    1 + 4 / sqrt(n) times for the upper end: what 93 % at least ask for of normal, lognormal,
+    exponential and Laplace's laws. Fewer than five values, or equal ones, bound nothing.
     """
     count = len(values)
     if count < FEWEST_OF_DEVIATION or np.ptp(values) == 0.0:

@@ -1,9 +1,10 @@
 """Lifetimes of sensors within their tolerances: yield by age, survival, time out of tolerance.
 
-A sensor is looked at at each epoch. It survives an age if it has kept its limits at every epoch that counts up to it:
-survival never rises, though a calibration may bring a sensor back into the yield. What it was at an epoch counts as
-time until the next one. Intervals are exact ones of parts at each age; the band holds at all ages together, S -+ b with
-b = sqrt(log(2 / (1 - level)) / 2n) (Massart, Annals of Probability 18 (1990) 1269).
+A sensor is looked at at each epoch. It survives an age if it has kept its limits at every epoch
+that counts up to it: survival never rises, though a calibration may bring a sensor back into the
+yield. What it was at an epoch counts as time until the next one. Intervals are exact ones of parts
+at each age; the band holds at all ages together, S -+ b with b = sqrt(log(2 / (1 - level)) / 2n)
+(Massart, Annals of Probability 18 (1990) 1269).
 """
 
 import math

@@ -104,8 +104,9 @@ class StudyResult(Plotted):
     def summary(self) -> list[dict[str, Any]]:
         """Return runs, mean, std (n - 1), extremes and percentiles by measure and epoch, without failed runs.
 
-        `intervals` are those of mean, std and percentiles at 95 %, with infinite ends where runs are too few. Several
-        points have the same sensors: the interval of their mean counts each sensor once, the others have no ends.
+        `intervals` are those of mean, std and percentiles at 95 %, with infinite ends where runs
+        are too few. Several points have the same sensors: the interval of their mean counts each
+        sensor once, the others have no ends.
         """
         return [dict(row) for row in self._summary]
 
@@ -171,8 +172,8 @@ class StudyResult(Plotted):
     def to_xarray(self) -> "xarray.Dataset":
         """Return a Dataset over run and epoch: a variable for each measure, the parameters of the runs as coordinates.
 
-        A parameter that drifts, or follows from one that does, has a value for each run and epoch, any other one for
-        each run.
+        A parameter that drifts, or follows from one that does, has a value for each run and epoch,
+        any other one for each run.
         """
         need("xarray")
         # start-up time: xarray takes 0.4 s

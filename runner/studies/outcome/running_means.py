@@ -1,7 +1,8 @@
 """Means of a study while it runs, and whether they are known well enough to stop.
 
-Runs are counted in the order of their numbers, whatever the order in which they arrive, so that a study stops after the
-same run however many threads or workers it has. Sums are of differences from the first value.
+Runs are counted in the order of their numbers, whatever the order in which they arrive, so that a
+study stops after the same run however many threads or workers it has. Sums are of differences from
+the first value.
 """
 
 import math

@@ -1,9 +1,9 @@
 """Weibull's law of lifetimes, S(t) = exp(-(t / scale)^shape), fitted to sensors that are looked at only now and then.
 
-Of a sensor that leaves its tolerance between two looks only the interval is known: the likelihood is that of
-interval-censored data, sum d_i log(S(t_i-1) - S(t_i)) + c log S(t_end) (Meeker and Escobar, "Statistical methods for
-reliability data" (1998), sections 7.2 and 8.4). With x = log shape, y = log scale, intervals are Wald's there, from the
-observed information.
+Of a sensor that leaves its tolerance between two looks only the interval is known: the likelihood
+is that of interval-censored data, sum d_i log(S(t_i-1) - S(t_i)) + c log S(t_end) (Meeker and
+Escobar, "Statistical methods for reliability data" (1998), sections 7.2 and 8.4). With x = log
+shape, y = log scale, intervals are Wald's there, from the observed information.
 """
 
 import math
@@ -43,8 +43,8 @@ class Weibull:
 def weibull(ages: Sequence[float], left: Sequence[int], surviving: int) -> Weibull | None:
     """Return the law that fits best: `left[i]` sensors left between ages i and i + 1, `surviving` never did.
 
-    None where fewer than five left, all of them in one interval, or so that an end of an interval is a thousand times
-    the estimate: no law follows from that.
+    None where fewer than five left, all of them in one interval, or so that an end of an interval
+    is a thousand times the estimate: no law follows from that.
     """
     edges, counts = np.asarray(ages, dtype=float), np.asarray(left, dtype=float)
     if counts.sum() < FEWEST or np.count_nonzero(counts) < 2:

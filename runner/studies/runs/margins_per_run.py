@@ -1,7 +1,8 @@
 """Margins as measures of a study: each run is linearised with its own parameters, at a stated operating point.
 
-A loop that is not stable has no margins (NaN, which no limit lets pass), one without limit an infinite one. `stable` is
-1 of a stable loop, 0 of an unstable one, 0.5 if rounding decides: `at_least` of a limit says which of them pass.
+A loop that is not stable has no margins (NaN, which no limit lets pass), one without limit an
+infinite one. `stable` is 1 of a stable loop, 0 of an unstable one, 0.5 if rounding decides:
+`at_least` of a limit says which of them pass.
 """
 
 from proofmass.blocks.declaration.problem import ModelError

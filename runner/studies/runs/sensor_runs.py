@@ -326,8 +326,8 @@ def change_measures(study: Study, measures: tuple[PlannedMeasure, ...]) -> tuple
 def change_values(study: Study, names: list[str], values: AnyArray, calibrated: AnyArray, after: AnyArray) -> AnyArray:
     """Return the changes of runs at all epochs, in the order of the study.
 
-    `values` are by run, epoch and measure of `names`; `after` those of the runs that follow the calibrations, where
-    `calibrated`, by run and epoch, says that one took place.
+    `values` are by run, epoch and measure of `names`; `after` those of the runs that follow the
+    calibrations, where `calibrated`, by run and epoch, says that one took place.
     """
     changed = np.empty((*values.shape[:2], len(study.changes)))
     for place, change in enumerate(study.changes.values()):

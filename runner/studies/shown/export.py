@@ -1,7 +1,7 @@
 """A study for other tools: netCDF, labelled by run and epoch; CSV and Parquet, with a row per run and epoch.
 
-The columns of a table are run and epoch, those of `DrawnTable`, the measures, and why a run failed; its numbers are
-empty then. Every file appears whole or not at all.
+The columns of a table are run and epoch, those of `DrawnTable`, the measures, and why a run failed;
+its numbers are empty then. Every file appears whole or not at all.
 """
 
 import math

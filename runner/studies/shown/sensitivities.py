@@ -1,18 +1,21 @@
 """Influences of parameters on a measure: regression over the sensors of any study, Sobol indices of Saltelli's design.
 
-Regression: y = b0 + sum b_i x_i by least squares; the standardised coefficient b_i s_i / s_y is the part of the scatter
-due to one parameter, and on ranks this holds for any monotonic dependence (Saltelli et al., "Global sensitivity
-analysis: the primer" (2008), section 1.2.5). Intervals are Student's: t s sqrt(diag((X'X)^-1)), s^2 the residuals over
-n - d - 1 (Draper and Smith, "Applied regression analysis", 3rd ed. (1998), section 5.2).
+Regression: y = b0 + sum b_i x_i by least squares; the standardised coefficient b_i s_i / s_y is the
+part of the scatter due to one parameter, and on ranks this holds for any monotonic dependence
+(Saltelli et al., "Global sensitivity analysis: the primer" (2008), section 1.2.5). Intervals are
+Student's: t s sqrt(diag((X'X)^-1)), s^2 the residuals over n - d - 1 (Draper and Smith, "Applied
+regression analysis", 3rd ed. (1998), section 5.2).
 
 The share of a factor is b_i s_i / s_y times its correlation with y (Pratt 1987): shares add up to R^2, also
 of factors that are correlated.
 
-Factors that move together, with a correlation beyond 0.9 by three standard errors of Fisher's atanh r, 1 / sqrt(n - 3),
-are one: their joint effect X_g b_g is known well even if their separate effects are not.
+Factors that move together, with a correlation beyond 0.9 by three standard errors of Fisher's atanh
+r, 1 / sqrt(n - 3), are one: their joint effect X_g b_g is known well even if their separate effects
+are not.
 
-Sobol indices: first order S_i = mean f_B (f_i - f_A) / V, total T_i = mean (f_A - f_i)^2 / 2V, with f_i at A except
-parameter i, which is taken from B (Saltelli et al., Computer Physics Communications 181 (2010), table 2, b and f).
+Sobol indices: first order S_i = mean f_B (f_i - f_A) / V, total T_i = mean (f_A - f_i)^2 / 2V, with
+f_i at A except parameter i, which is taken from B (Saltelli et al., Computer Physics Communications
+181 (2010), table 2, b and f).
 """
 
 import math

@@ -24,8 +24,8 @@ MANY_STEPS = 1000  # in a tick
 def check(graph: GraphSource) -> Problems:
     """Return all problems of a graph, each with its place; only notes are left if the graph can run.
 
-    The files that it names are read, and it is planned as for a run. A graph with open inputs, a part of others, is
-    checked by itself.
+    The files that it names are read, and it is planned as for a run. A graph with open inputs, a
+    part of others, is checked by itself.
 
     Nothing is raised: what is wrong with the `graph` is in the list.
 

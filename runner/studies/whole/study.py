@@ -60,21 +60,22 @@ def run_study(
 ) -> StudyResult:
     """Run a study, or the rest of it.
 
-    `runs` and `seed` override those of the study. The compiled engine runs `lanes` sensors side by side (0 for none) in
-    each of `threads`. Both have suitable defaults, and change no bit.
-    With `dask`, workers of a Dask cluster compute instead of threads: give the address of a scheduler, or "local" or
-    "local:4" for processes of this machine.
+    `runs` and `seed` override those of the study. The compiled engine runs `lanes` sensors side by
+    side (0 for none) in each of `threads`. Both have suitable defaults, and change no bit.
+    With `dask`, workers of a Dask cluster compute instead of threads: give the address of a
+    scheduler, or "local" or "local:4" for processes of this machine.
 
     With a `folder`, every run is written to a ledger there. After Ctrl-C, SIGTERM or a crash the same call continues
-    to the same bits; more runs may be asked for later. Ctrl-C ends the study after the runs under way, and the result
-    has the runs that are done. A damaged ledger is refused; `repair` keeps its whole runs, and runs the others again.
+    to the same bits; more runs may be asked for later. Ctrl-C ends the study after the runs under
+    way, and the result has the runs that are done. A damaged ledger is refused; `repair` keeps its
+    whole runs, and runs the others again.
     A study with `stop` ends when its means are known well enough; `planned_runs` of the result says after how many.
 
-    Raises `ModelError` if the study is wrong, or the ledger in the folder is damaged or belongs to another graph or
-    study; `RunError` if the cluster fails.
+    Raises `ModelError` if the study is wrong, or the ledger in the folder is damaged or belongs to
+    another graph or study; `RunError` if the cluster fails.
 
-    `study` is a `Study`, a file, or "library:NAME". `engine` is "auto", "python" or "compiled". `progress` is called
-    with the runs that are done, all runs, and a text on the measures.
+    `study` is a `Study`, a file, or "library:NAME". `engine` is "auto", "python" or "compiled".
+    `progress` is called with the runs that are done, all runs, and a text on the measures.
 
     >>> from proofmass import read_study, run_study
     >>> result = run_study(read_study("library:scale_factor_drift"), runs=4)
@@ -138,8 +139,8 @@ def run_sensors(
 def replay(study: Study | str | Path, run: int, epoch: int = 0, engine: EngineName = "auto") -> Result:
     """Repeat one run of a study at one epoch, bit for bit, with the traces of all probes of the graph.
 
-    `run` and `epoch` count from 0, in the order of the `study`. `engine` is that of `simulate`. Raises `ModelError` for
-    a run or an epoch that the study does not have.
+    `run` and `epoch` count from 0, in the order of the `study`. `engine` is that of `simulate`.
+    Raises `ModelError` for a run or an epoch that the study does not have.
 
     >>> from proofmass import read_study, replay
     >>> result = replay(read_study("library:scale_factor_drift"), run=3, epoch=5)

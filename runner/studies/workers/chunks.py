@@ -1,7 +1,7 @@
 """Runs of a study on Dask workers, in chunks; each arrives here once, even if workers die.
 
-Dask promises that a task is done at least once. A chunk is waited for here until it arrives, and counts when it does;
-the ledger is written by this process alone.
+Dask promises that a task is done at least once. A chunk is waited for here until it arrives, and
+counts when it does; the ledger is written by this process alone.
 """
 
 import threading

@@ -56,8 +56,8 @@ def local_workers(where: str) -> int | None:
 def _local_cluster(distributed: Any, count: int) -> Any:
     """Start workers that talk to this process alone, over TLS, with a certificate that is never written to disk.
 
-    Otherwise anyone who reaches the scheduler's port, even another user of this machine, can run code as its owner.
-    Raises `RunError` if a worker dies each time it starts.
+    Otherwise anyone who reaches the scheduler's port, even another user of this machine, can run
+    code as its owner. Raises `RunError` if a worker dies each time it starts.
     """
     try:
         security = distributed.Security.temporary()
