@@ -18,7 +18,7 @@ def __getattr__(name: str) -> Any:
         kind = find(name)
         if kind is not None:
             return kind
-    from proofmass.blocks.declaration.absent_names import absent  # start-up time: few names are wrong
+    from proofmass.blocks.declaration.absent_names import absent  # few names are wrong
 
     raise absent("proofmass.blocks", name, "" if name.startswith("_") else _instead(name))
 
@@ -27,7 +27,7 @@ def _instead(name: str) -> str:
     """Return what was meant by a name that is not a kind of block."""
     if name in import_module("proofmass").__all__:
         return f"; it is one floor up: from proofmass import {name}"
-    from proofmass.blocks.declaration.other_names import kind_hint  # start-up time: few names are wrong
+    from proofmass.blocks.declaration.other_names import kind_hint  # few names are wrong
 
     return f"; {kind_hint(name, _kinds(), own=True)}"
 

@@ -1,1 +1,1 @@
-"""The runner: plans a graph, runs it in plain Python or compiled, and hands out labelled results."""
+"""The runner: plans a graph, runs it in plain Python or compiled, and hands out results."""

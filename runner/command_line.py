@@ -17,7 +17,7 @@ from proofmass.runner.host.versions import PROOFMASS
 
 __all__ = ["REQUESTS", "cli", "main"]
 
-_COLLECTED = 50_000  # new objects between two collections: most of a command's objects live to its end
+_COLLECTED = 50_000  # new objects between two collections: most objects of a command live on
 REQUESTS: tuple[type[Request], ...] = tuple(
     kind
     for subject in (analysis, blocks, comparison, design, fit, graphs)
@@ -81,7 +81,7 @@ for kind in REQUESTS:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run a command and return its exit code; errors are messages, tracebacks only with `--traceback`."""
+    """Run a command and return its exit code; tracebacks only with `--traceback`."""
     if arguments is not None:
         return _answered(arguments)
     gc.set_threshold(_COLLECTED)
@@ -99,9 +99,9 @@ def _answered(words: list[str]) -> int:
         sys.stdout.flush()
         return code or DONE
     except SystemExit:
-        return DONE  # click raises so where the reader has gone away, as in `proofmass blocks | head -1`
+        return DONE  # so click says that the reader is gone, as in `proofmass blocks | head -1`
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python flushes once more at its end
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python flushes once more
         return DONE
     except click.Abort:
         click.echo("interrupted", err=True)

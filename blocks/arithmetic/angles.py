@@ -58,7 +58,7 @@ def _of_small(angle: float) -> tuple[float, float, float]:
 
 
 def _of_large(angle: float) -> tuple[float, float, float]:
-    scaled = angle * 6.223015277861142e-61  # 2^-200: what it is multiplied with is larger by as much
+    scaled = angle * 6.223015277861142e-61  # 2^-200: what multiplies it is larger by as much
     high, low, lowest = 0.0, 0.0, 0.0
     for piece in TWO_OVER_PI:
         product, rest = exact_product(scaled, piece)
@@ -79,4 +79,4 @@ def _of_large(angle: float) -> tuple[float, float, float]:
 def _within_a_turn(quarters: float) -> float:
     """A number of quarter turns less whole turns."""
     less = quarters - 8.0 * nearest_integer(0.125 * quarters)
-    return 0.0 if abs(quarters) >= 36028797018963968.0 else less  # 2^55: all numbers are multiples of 8
+    return 0.0 if abs(quarters) >= 36028797018963968.0 else less  # 2^55: all are multiples of 8

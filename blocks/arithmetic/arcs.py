@@ -41,7 +41,7 @@ def arctangent2(y: float, x: float) -> float:
 
 
 def arcsine(value: float) -> float:
-    """The angle from -pi / 2 to pi / 2 whose sine is the value, within 0.65 ulp; NaN beyond -1 and 1.
+    """The angle from -pi / 2 to pi / 2 whose sine is the value, within 0.65 ulp; NaN beyond 1.
 
     >>> arcsine(1.0), arcsine(-0.5), arcsine(1.1)
     (1.5707963267948966, -0.5235987755982989, nan)

@@ -87,7 +87,7 @@ def turned(x: WholeNumber, y: WholeNumber, left: Condition, shift: int) -> tuple
 def to_the_real_axis(
     x: WholeNumber, y: WholeNumber, angles: tuple[int, ...], half_turn: int, radian: int
 ) -> tuple[Any, Any]:
-    """Turn a vector of any quadrant until y is gone: its grown real part, and the angle that it had.
+    """Turn a vector of any quadrant until y is gone: its grown real part, and the angle it had.
 
     One circular rotation for each of the `angles`; a vector to the left is turned by half a turn
     first. `radian` is one radian in the steps of the angles.

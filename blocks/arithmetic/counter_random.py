@@ -42,7 +42,7 @@ def uniform_deviate(seed: int, run: int, stream: int, sample: int) -> float:
 
 
 def normal_deviate(seed: int, run: int, stream: int, sample: int) -> float:
-    """A standard normal deviate, of at most 8.21 in size: the normal quantile of the uniform deviate."""
+    """A standard normal deviate, at most 8.21 in size: the normal quantile of a uniform one."""
     return normal_quantile(uniform_deviate(seed, run, stream, sample))
 
 

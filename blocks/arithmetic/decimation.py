@@ -6,7 +6,7 @@ Polyphase form: in phase p of the period the input has the tap h[(i + 1) ratio -
 
 
 def accumulate(sums: list[float], taps: list[float], ratio: int, tick: int, value: float) -> None:
-    """Add an input to the sums, the nearest output first; at the start of a period they move up by one."""
+    """Add an input to the sums, the nearest output first; they move up by one a period."""
     phase = tick % ratio
     if phase == 0:
         for i in range(len(sums) - 1):

@@ -7,6 +7,6 @@ LATE = 1.0 + 2e-15  # of a time: more than what rounding takes off a tick
 
 
 def instant(time: float, period: float) -> float:
-    """Return the time of a tick for a time that is written as hardly later, otherwise the time itself."""
+    """Return the time of a tick for a time written as hardly later, else the time itself."""
     late = time - nearest_integer(time / period) * period
     return time - late if 0.0 < late <= ON_TICK * period else time

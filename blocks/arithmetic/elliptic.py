@@ -25,7 +25,7 @@ TERMS = 16  # of a theta series
 
 
 class Moduli(NamedTuple):
-    """A modulus after 1 to 7 Landen transformations, each about the square of half the one before."""
+    """A modulus after 1 to 7 Landen transformations, each about half the last one squared."""
 
     k1: float
     k2: float

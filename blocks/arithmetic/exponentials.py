@@ -1,4 +1,4 @@
-"""Exponentials: e^x = 2^n (1 + p), with n = round(x / ln 2) and p of what is left, at most ln(2) / 2.
+"""Exponentials: e^x = 2^n (1 + p), with n = round(x / ln 2) and p of the rest, at most ln(2) / 2.
 
 Reduction after Cody and Waite, Software Manual for the Elementary Functions (1980), in two parts of
 42 bits, times whole numbers of 11; p = r + r^2 / 2 + r^3 P(r), with P the minimax polynomial of

@@ -1,11 +1,11 @@
-"""Formats of fixed-point numbers: how many bits a register has, and where its binary point stands."""
+"""Formats of fixed-point numbers: how many bits, and where the binary point is."""
 
 import re
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
-MOST_BITS = 512  # of a format: far beyond any register, small enough that no shift can fill the memory
+MOST_BITS = 512  # of a format: far beyond any register, small enough no shift can fill the memory
 _NOTATION = re.compile(r"\(\s*(\d{1,4})\s*,\s*([+-]?\d{1,4})\s*\)(\s+unsigned)?")
 
 

@@ -215,7 +215,7 @@ def clip(value: Any, low: Any, high: Any) -> Any:
 def wrap(value: Any, format: Fixed) -> Any:
     """The low bits of a value, as two's complement of the format's width; an integer, or a FixedValue of its fraction.
 
-    Unlike `.to(format, overflow="wrap")` this is meant to happen, and is not counted as an overflow.
+    Unlike `.to(format, overflow="wrap")` this is meant, and is not counted as an overflow.
 
     >>> wrap(16, Fixed(4, 0, signed=False)), wrap(9, Fixed(4))
     (0, -7)

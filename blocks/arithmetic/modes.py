@@ -92,7 +92,7 @@ def eigen(matrix: Matrix) -> tuple[list[float], Matrix]:
     """
     size = len(matrix)
     a = [list(row) for row in matrix]
-    v = [[1.0 if i == j else 0.0 for j in range(size)] for i in range(size)]  # one eigenvector in each row
+    v = [[1.0 if i == j else 0.0 for j in range(size)] for i in range(size)]  # an eigenvector each
     for _ in range(SWEEPS):
         turns = [_rotated(a, v, i, j) for i in range(size) for j in range(i + 1, size)]
         if not any(turns):
@@ -107,7 +107,7 @@ def _rotated(a: Matrix, v: Matrix, p: int, q: int) -> bool:
         return False
     half = 0.5 * (a[q][q] - a[p][p]) / a[p][q]
     root = math.sqrt(1.0 + half * half)
-    t = 1.0 / (half + root if half >= 0.0 else half - root)  # without abs, which has no slope at zero
+    t = 1.0 / (half + root if half >= 0.0 else half - root)  # abs has no slope at zero
     c = 1.0 / math.sqrt(1.0 + t * t)
     s = t * c
     moved = t * a[p][q]
@@ -125,7 +125,7 @@ def _rotated(a: Matrix, v: Matrix, p: int, q: int) -> bool:
 
 
 def lowest_modes(mass: Matrix, damping: Matrix, stiffness: Matrix, count: int) -> Modes:
-    """The lowest modes of a structure whose mass and stiffness are symmetric and positive definite."""
+    """The lowest modes of a structure with symmetric, positive definite mass and stiffness."""
     low = cholesky(mass)
     assert low is not None
     halfway = forward(low, stiffness)

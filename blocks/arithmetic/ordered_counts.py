@@ -1,4 +1,4 @@
-"""A table of different values in order, each with its count. Counts of joined values are negative."""
+"""A table of different values in order, each with its count. Joined values have negative counts."""
 
 
 def place_of(ordered: list[float], values: int, u: float) -> int:

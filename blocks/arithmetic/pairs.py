@@ -1,4 +1,4 @@
-"""Sums and products without error, and pairs of numbers whose unrounded sum is meant: about 106 bits.
+"""Sums and products without error, and pairs that mean their unrounded sum: about 106 bits.
 
 Sums: Knuth, The Art of Computer Programming 2, 4.2.2; products and quotients: Dekker, Numerische
 Mathematik 18 (1971). They hold because no engine contracts a product and a sum, or reorders either.
@@ -54,6 +54,6 @@ def pair_quotient(a: float, a_low: float, b: float, b_low: float) -> tuple[float
 
 
 def pair_root(square: float, square_low: float, root: float) -> float:
-    """Return the square root of a pair less the root of its first number; zero where that number is zero."""
+    """Return the square root of a pair less its first number's root; zero where that is zero."""
     product, rest = exact_product(root, root)
     return (((square - product) - rest) + square_low) / (2.0 * root if root > 0.0 else 1.0)

@@ -45,7 +45,7 @@ def _power_of_size(size: float, exponent: float) -> float:
 
 
 def hypotenuse(x: float, y: float) -> float:
-    """sqrt(x^2 + y^2), within 0.76 ulp, without overflow on the way; infinity if either is infinite.
+    """sqrt(x^2 + y^2), within 0.76 ulp, without overflow on the way; infinite if either is.
 
     >>> hypotenuse(3.0, -4.0), hypotenuse(1e-320, 0.0), hypotenuse(math.inf, math.nan)
     (5.0, 1e-320, inf)

@@ -80,7 +80,7 @@ def bessel(order: int) -> Prototype:
 
 
 def chebyshev_type1(order: int, ripple: float) -> Prototype:
-    """Poles -sinh(m) sin(a) + j cosh(m) cos(a), m = asinh(1 / e) / n, e^2 = 10^(ripple / 10) - 1."""
+    """-sinh(m) sin(a) + j cosh(m) cos(a), m = asinh(1 / e) / n, e^2 = 10^(ripple / 10) - 1."""
     square = exponential_less_one(PER_DECIBEL * ripple)
     bend = _area_sine(1.0 / math.sqrt(square)) / order
     w1, q1 = _on_ellipse(0, order, bend)

@@ -23,7 +23,7 @@ def quarter_wave(phase_bits: int, fraction: int) -> tuple[int, ...]:
 
 
 def sine_word(table: tuple[int, ...], phase: WholeNumber) -> Any:
-    """The mantissa of the sine at a phase word; bits above the first `phase_bits` are whole turns."""
+    """Mantissa of the sine at a phase word; bits above the first `phase_bits` are whole turns."""
     size = len(table)
     quadrant = phase & size
     place = where(quadrant > 0, -1 - phase, phase) & (size - 1)

@@ -83,7 +83,7 @@ def _section(
         b0 = (1.0 if high else k) / (1.0 + k)
         return b0, side * b0, 0.0, (k - 1.0) / (k + 1.0), 0.0
     scale = 1.0 / (1.0 + k / q + k * k)
-    ratio = corner * z if high else z / corner  # of the zeros to the tangent of the corner, or the other way
+    ratio = corner * z if high else z / corner  # of the zeros to the corner's tangent, or inverse
     top = (1.0 if high else k * k) * scale
     b0 = top * (1.0 + ratio * ratio)
     b1 = side * 2.0 * (top * (1.0 - ratio * ratio))

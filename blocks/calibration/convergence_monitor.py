@@ -9,7 +9,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class ConvergenceMonitor(Block):
-    """Tells when a calibration has settled, and how long it took; runs at the rate of its periods."""
+    """Tells when a calibration has settled, and how long it took; runs once a period."""
 
     tolerance: float = param("1", "Relative change from one period to the next.", default=1e-3, above=0.0)
     hold: int = param("1", "Periods in a row with less change than that.", default=3, at_least=1)

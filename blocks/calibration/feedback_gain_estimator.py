@@ -50,7 +50,7 @@ def known_difference(p: FeedbackGainEstimator, x: State) -> float:
 
 @FeedbackGainEstimator.output("1")
 def deviation(p: FeedbackGainEstimator, x: State) -> float:
-    """Relative deviation of the difference from its reference; zero before the first whole measurement."""
+    """Relative deviation of the difference from its reference; zero before the first one."""
     return x.difference / x.reference - 1.0 if x.difference != 0.0 and x.reference != 0.0 else 0.0
 
 

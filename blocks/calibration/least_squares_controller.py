@@ -15,7 +15,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class LeastSquaresController(Block):
-    """Fits stiffness and damping of a reference model to all samples of long records of a device."""
+    """Fits stiffness and damping of a reference model to long records of a device."""
 
     initial_stiffness: float = param("N/m", "A priori stiffness.", default=49.5627, above=0.0)
     initial_damping: float = param("kg/s", "A priori damping.", default=3.4e-3, above=0.0)

@@ -8,7 +8,7 @@ _COUNTED = "a slot is counted out in ticks: take a MeasurementSlots for each len
 
 
 class MeasurementSlots(Block):
-    """Conducts a row of averaged measurements while it is active, again and again; T is its period."""
+    """Makes a row of averaged measurements while it is active, again and again; T is its period."""
 
     slots: int = param("1", "Measurements in a row.", default=2, at_least=1)
     settling: float = param("s", "Time to settle in a slot.", default=0.15, at_least=0.0, not_driven=_COUNTED)

@@ -10,7 +10,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class ChopperModulator(Block):
-    """Changes the sign of a signal in turn: modulator, and demodulator with the same half period."""
+    """Changes a signal's sign in turn: modulator, and demodulator with the same half period."""
 
     half_period: int = param("1", "Ticks between changes.", default=1, at_least=1, at_most=1_000_000_000)
     unit: str = param("", "Unit of input and output.", default="V")

@@ -12,7 +12,7 @@ from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
 
 class MeasuredNonlinearity(Block):
-    """Integral nonlinearity as it was measured: before an AnalogToDigital or after a DigitalToAnalog."""
+    """Integral nonlinearity as measured: before an AnalogToDigital or after a DigitalToAnalog."""
 
     bits: int = param("bit", "Resolution of the converter.", default=16, at_least=2, at_most=32)
     reference: float = param("V", "Half the span.", default=2.5, above=0.0)

@@ -14,7 +14,7 @@ BOLTZMANN = 1.380649e-23  # J/K, exact in the SI
 
 
 class SamplingNoise(Block):
-    """Thermal noise of the sampling capacitor, and of a clock with jitter: before an AnalogToDigital."""
+    """Noise of the sampling capacitor, and of a clock with jitter: before an AnalogToDigital."""
 
     capacitance: float = param("F", "Sampling capacitor, C.", default=1e-12, above=0.0)
     temperature: float = param("K", "Absolute temperature, T.", default=300.0, at_least=0.0)

@@ -12,7 +12,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class TimeToDigital(Block):
-    """Time between the rising edges of two signals as a code: phase and period meters, time of flight."""
+    """Time between the rising edges of two signals as a code: phase meters, time of flight."""
 
     resolution: float = param("s", "Time of one step of the code.", default=100e-12, above=0.0)
     bits: int = param("bit", "Width of the code; longer times give the last.", default=32, at_least=1, at_most=48)

@@ -62,7 +62,7 @@ def reads(function: Callable[..., Any], name: str) -> bool:
 
 
 def _returned(function: Callable[..., Any]) -> Any:
-    """The annotation of the result, with names in quotes resolved, also those of the fields of a tuple."""
+    """Annotation of the result, with quoted names resolved, also of fields of a tuple."""
     returns = function.__annotations__.get("return")
     if isinstance(returns, str):
         returns = typing.get_type_hints(function)["return"]

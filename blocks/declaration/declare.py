@@ -49,7 +49,7 @@ class Block(metaclass=BlockType):
     """
 
     __slots__ = ("__dict__", "__weakref__", "_texts")  # values are in __dict__, quantities as they were written beside
-    _texts: ClassVar[dict[str, str]]  # of each block, in its slot; this name keeps it from being a parameter
+    _texts: ClassVar[dict[str, str]]  # of each block, in its slot; so named, it is no parameter
 
     def __init__(self, /, *unnamed: object, **values: Any) -> None:
         kind = type(self)

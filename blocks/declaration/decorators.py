@@ -25,7 +25,7 @@ def bare(method: Method) -> Method:
 
 
 def called(example: str) -> Callable[[Method], Method]:
-    """Return what makes a decorator of a kind of block that stands with parentheses, `@Kind.output("V")`."""
+    """Return what makes a decorator of a kind that stands with parentheses, `@Kind.output("V")`."""
 
     def decorated(method: Method) -> Method:
         expected = signature(method)
@@ -43,7 +43,7 @@ def called(example: str) -> Callable[[Method], Method]:
 
 
 def declares(line: str) -> Callable[[Method], Method]:
-    """Return what makes a function that declares something answer wrong arguments by the line to write."""
+    """Return what makes a declaring function answer wrong arguments by the line to write."""
 
     def decorated(method: Method) -> Method:
         expected = signature(method)

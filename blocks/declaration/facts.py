@@ -24,7 +24,7 @@ _NUMERIC: dict[type, Any] = {float: float, int: int, bool: bool, tuple: tuple[fl
 
 @dataclasses.dataclass
 class Declaration:
-    """Parameters, inputs and buffers from the body of the class; the rest as functions are registered."""
+    """Parameters, inputs and buffers from the class body; the rest as functions register."""
 
     name: str
     parameters: dict[str, Parameter]
@@ -111,12 +111,12 @@ class Facts(type):
         return "derivative" in cls.functions or bool(cls.events)
 
     def has_formats(cls) -> bool:
-        """Return whether its functions work on `FixedValue`: it has formats, and no floating-point ports."""
+        """Return whether its functions work on `FixedValue`: it has formats, but no float ports."""
         ports = (*cls.inputs.values(), *cls.outputs.values())
         return "formats" in cls.functions and all(port.dtype is not float for port in ports)
 
     def feedthrough(cls, port: str) -> tuple[str, ...]:
-        """Inputs that reach this output within the same sample: the arguments its function names."""
+        """Inputs that reach this output within the same sample: its function's arguments."""
         return tuple(name for name in cls.output_functions[port].arguments if name in cls.inputs)
 
     def state_class(cls) -> type | None:

@@ -11,7 +11,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 
 
 def written(block: Block, name: str) -> str:
-    """Return the text by which a parameter was given, such as "50.43 ug"; empty where it was a number.
+    """Return the text by which a parameter was given, such as "50.43 ug"; empty for a number.
 
     >>> from proofmass.blocks import MassSpringDamper
     >>> written(MassSpringDamper(mass="50.43 ug"), "mass"), written(MassSpringDamper(mass=5.043e-8), "mass")
@@ -21,7 +21,7 @@ def written(block: Block, name: str) -> str:
 
 
 def keep_written(changed: Block, before: Block, names: Collection[str]) -> Block:
-    """Return a changed block with the texts of the one before, but for the parameters of these names."""
+    """Return a changed block with the texts of the one before, but for these parameters."""
     texts = {name: text for name, text in before._texts.items() if name not in names}
     object.__setattr__(changed, "_texts", {**texts, **{n: t for n, t in changed._texts.items() if n in names}})
     return changed
@@ -49,7 +49,7 @@ def unit_of(block: Block, what: Port | Parameter) -> str:
 
 
 def size_of(block: Block, size: DeclaredSize) -> int:
-    """A size as a number: itself, the value of an integer parameter, or the length of a list parameter."""
+    """A size as a number: itself, an integer parameter's value, or the length of a list."""
     if isinstance(size, int):
         return size
     if callable(size):

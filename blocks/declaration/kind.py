@@ -34,7 +34,7 @@ class BlockType(Registration):
 
     @property
     def __signature__(self) -> inspect.Signature:
-        """The parameters by name with types and defaults, for `inspect.signature`, editors and notebooks."""
+        """The parameters by name with types and defaults, for `inspect.signature` and editors."""
         keyword = inspect.Parameter.KEYWORD_ONLY
         return inspect.Signature(
             [

@@ -46,14 +46,14 @@ def installed(library: str) -> bool:
 
 
 def need(*libraries: str, purpose: str = "") -> None:
-    """Raise `MissingLibraryError` with what to install, where libraries of the table are missing."""
+    """Raise `MissingLibraryError` with what to install, where a library is missing."""
     problems = [_missing(library, purpose) for library in libraries if not installed(library)]
     if problems:
         raise MissingLibraryError(problems)
 
 
 def told(error: ImportError) -> MissingLibraryError | None:
-    """Return the error to raise for an import that failed; None where no library of the table is missing."""
+    """Return the error to raise for an import that failed; None if no library is missing."""
     library = (error.name or "").partition(".")[0]
     return MissingLibraryError([_missing(library)]) if library in LIBRARIES and not installed(library) else None
 

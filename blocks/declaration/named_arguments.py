@@ -1,4 +1,4 @@
-"""Calls of public functions with arguments that they do not have: answered by what to write instead."""
+"""Calls of public functions with arguments they do not have: answered by what to write instead."""
 
 from collections.abc import Callable, Mapping
 from functools import wraps

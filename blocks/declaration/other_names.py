@@ -185,7 +185,7 @@ def other_names(kind: str) -> list[str]:
 
 
 def kind_hint(word: str, kinds: Iterable[str], own: bool) -> str:
-    """Return a kind to write instead of an unknown one; without `own` blocks it says how to bring them.
+    """Return a kind to write instead of an unknown one; without `own` it says how to bring them.
 
     >>> kind_hint("Limiter", ["Saturation"], own=True)
     'here that is Saturation.'

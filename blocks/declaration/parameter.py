@@ -1,4 +1,4 @@
-"""Parameters of a block: declared with unit, bounds, default and doc; read and checked in one place."""
+"""Parameters of a block: declared with unit, bounds, default and doc; read and checked here."""
 
 import dataclasses
 import math

@@ -152,7 +152,7 @@ def nearest(word: str, names: Iterable[str]) -> str:
 
 
 def _one_slip(wrong: str, right: str) -> bool:
-    """Return whether a letter was dropped, added or replaced, or two neighbours swapped, in two words."""
+    """Return whether a letter was dropped, added, replaced or swapped with its neighbour."""
     longer, shorter = (wrong, right) if len(wrong) >= len(right) else (right, wrong)
     if len(shorter) < 2 or len(longer) - len(shorter) > 1:
         return False
@@ -192,7 +192,7 @@ def shown(value: object, limit: int = 80) -> str:
     """
     try:
         text = repr(value) if not isinstance(value, int) or abs(value) < 10**30 else "an integer of over 30 digits"
-    except Exception:  # an integer of thousands of digits inside a list, or an object of the caller's own
+    except Exception:  # an integer of thousands of digits in a list, or a foreign object
         text = f"a {type(value).__name__} that cannot be shown"
     start = text[: limit + 1]  # of a million characters the rest is not looked at
     text = "".join(c if c in _OF_UNITS else c.encode("ascii", "backslashreplace").decode("ascii") for c in start)
@@ -200,7 +200,7 @@ def shown(value: object, limit: int = 80) -> str:
 
 
 def _printable(text: str) -> str:
-    """Text with whatever could move a cursor, colour a terminal or forge a line written as an escape."""
+    """Text with what could move a cursor, colour or forge a line written as an escape."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
 
 

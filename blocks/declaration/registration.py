@@ -32,7 +32,7 @@ class Registration(Facts):
 
     @bare
     def constants(cls, function: _Function) -> _Function:
-        """Register `constants(p, period) -> Constants`: what the loop needs; `period` may be left out."""
+        """Register `constants(p, period) -> Constants`: for the loop; `period` may be left out."""
         cls.functions["constants"] = _bound(cls, function, {"period"})
         return function
 
@@ -44,7 +44,7 @@ class Registration(Facts):
 
     @bare
     def update(cls, function: _Function) -> _Function:
-        """Register `update(c, x, buffers..., inputs...) -> State`: from this tick to the block's next."""
+        """Register `update(c, x, buffers..., inputs...) -> State`: from tick to tick."""
         cls.functions["update"] = _bound(cls, function, _in_the_loop(cls) - {"out"})
         return function
 
@@ -117,7 +117,7 @@ class Registration(Facts):
         every: DeclaredSize = 1,
         no_value: str = "",
     ) -> Callable[[_Function], _Function]:
-        """Register the output port that the function computes; its name, dtype and doc are the port's.
+        """Register the output port the function computes; its name, dtype and doc are the port's.
 
         With a `shape` the function writes into `out` and `dtype` is given here. `every` makes the port tick once
         in so many ticks of its block. A function that returns NaN where physics ends has the run end there;

@@ -125,7 +125,7 @@ def in_table(unit: str) -> str:
 
 
 def _parts(name: str) -> tuple[int, str] | None:
-    """Return power of ten and base unit of a name such as kHz; None for a unit that takes no prefix."""
+    """Return power of ten and base unit of a name such as kHz; None for a unit without prefixes."""
     if name in _PREFIXED:
         return 0, name
     for power, sign in _SIGNS.items():

@@ -133,7 +133,7 @@ def _same(first: types.CodeType, second: types.CodeType) -> bool:
 
 
 def _content(code: types.CodeType) -> Any:
-    """Return what a code object does; texts of assertions, which test tools rewrite, are left out."""
+    """Return what a code object does; without texts of assertions, which test tools rewrite."""
     constants = [
         sorted(map(repr, each))
         if isinstance(each, frozenset)

@@ -38,7 +38,7 @@ def unit_to_set(template: str, value: object, texts: Mapping[str, object]) -> st
 
 
 def _choices(template: str, symbol: str, texts: Mapping[str, object]) -> Iterator[tuple[str, str, bool]]:
-    """Yield each parameter with the unit that it would need, and whether it says another one already."""
+    """Yield each parameter with the unit it would need, and whether it says another one already."""
     for name in dict.fromkeys(_NAMES.findall(template)):
         rest = _filled(template, {**texts, name: _NONE})
         for expression in (f"({symbol})/({rest})", f"({rest})/({symbol})"):

@@ -1,4 +1,4 @@
-"""Quantities: a number with a unit, converted exactly, and what a unit that does not fit was meant to be."""
+"""Quantities: a number with a unit, converted exactly, and what a wrong unit was meant to be."""
 
 import re
 from difflib import SequenceMatcher
@@ -53,7 +53,7 @@ def named_unit(expression: str) -> str:
 def convert(text: str, target: str) -> float:
     """The number, in the unit `target`, of a quantity such as `"50 kHz"`.
 
-    The decimal is read exactly and rounded once, so `"50.43e-9 kg"` is the same float as `50.43e-9`.
+    The decimal is read exactly, rounded once, so `"50.43e-9 kg"` is the same float as `50.43e-9`.
 
     >>> convert("50 uN", "N")
     5e-05

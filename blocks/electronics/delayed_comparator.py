@@ -11,7 +11,7 @@ from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
 
 class DelayedComparator(Block):
-    """Comparator that takes its time: the delay of a sigma-delta loop, of a zero crossing detector."""
+    """Comparator with a delay: the delay of a sigma-delta loop, of a zero crossing detector."""
 
     threshold: float = param("{unit}", "Input about which it switches: offset of the comparator.", default=0.0)
     hysteresis: float = param(

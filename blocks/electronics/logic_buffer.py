@@ -1,4 +1,4 @@
-"""Logic buffer: output = input, without delay: one bit to all that read it within a part of a graph."""
+"""Logic buffer: output = input, without delay: one bit to all readers in a part of a graph."""
 
 from proofmass.blocks.declaration.declare import Block, Input
 

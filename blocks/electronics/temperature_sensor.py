@@ -7,7 +7,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class TemperatureSensor(Block):
-    """A sensor whose voltage is proportional to the temperature, as on the chip of an accelerometer."""
+    """A sensor whose voltage is proportional to the temperature, as on an accelerometer chip."""
 
     reference_voltage: float = param("V", "V0, voltage at the reference temperature.", default=1.2)
     slope: float = param("V/K", "s, voltage per temperature.", default=5.0e-3)

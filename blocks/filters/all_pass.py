@@ -12,7 +12,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class AllPass(Block):
-    """Turns the phase and leaves the amplitude: phase adjustment of a loop, quadrature of a carrier."""
+    """Turns the phase and leaves the amplitude: phase of a loop, quadrature of a carrier."""
 
     order: int = param("1", "1 or 2.", default=1, at_least=1, at_most=2)
     frequency: float = param("Hz", "Frequency at which the phase is -90 degrees an order.", default=100.0, above=0.0)

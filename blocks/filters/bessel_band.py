@@ -12,7 +12,7 @@ from proofmass.blocks.parameter_sets.band_edges import BandEdges
 
 
 class BesselBand(BandEdges):
-    """Digital band-pass or band-stop with a flat delay: bursts of a carrier pass with little ringing."""
+    """Digital band-pass or band-stop with a flat delay: bursts pass with little ringing."""
 
     input = Input("{unit}", "Signal to filter.")
 

@@ -11,7 +11,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class Butterworth(Block):
-    """Digital low-pass or high-pass with the flattest response: anti-aliasing, bandwidth of an output."""
+    """Digital low-pass or high-pass of flattest response: anti-aliasing, output bandwidth."""
 
     order: int = param("1", "Number of poles.", default=2, at_least=1, at_most=LARGEST_ORDER)
     corner_frequency: float = param("Hz", "Frequency at which it is down by 3 dB.", default=100.0, above=0.0)

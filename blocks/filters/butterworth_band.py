@@ -1,4 +1,4 @@
-"""Butterworth band-pass or band-stop: its prototype with s = (s^2 + w0^2) / (b s), or one over that.
+"""Butterworth band-pass or band-stop: its prototype with s = (s^2 + w0^2) / (b s), or its inverse.
 
 w0^2 = t1 t2, b = t2 - t1, t = tan(pi f T) at both edges; 2n poles (Oppenheim and Schafer,
 Discrete-Time Signal Processing, section 7.1).
@@ -12,7 +12,7 @@ from proofmass.blocks.parameter_sets.band_edges import BandEdges
 
 
 class ButterworthBand(BandEdges):
-    """Digital band-pass or band-stop with the flattest response: a carrier, a range of vibration."""
+    """Digital band-pass or band-stop of the flattest response: a carrier, a range of vibration."""
 
     input = Input("{unit}", "Signal to filter.")
 

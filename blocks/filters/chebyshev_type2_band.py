@@ -12,7 +12,7 @@ from proofmass.blocks.parameter_sets.band_edges import BandEdges
 
 
 class ChebyshevType2Band(BandEdges):
-    """Digital band-pass or band-stop that is flat where it passes, and stops by so many decibels."""
+    """Digital band-pass or band-stop that is flat where it passes, and stops by some decibels."""
 
     low_frequency: float = param(
         "Hz", "Frequency at which the attenuation is reached below the band.", default=80.0, above=0.0

@@ -8,7 +8,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class Differentiator(Block):
-    """Rate of change of a signal, filtered by a pole: velocity from position, without all of the noise."""
+    """Rate of change of a signal, filtered by a pole: velocity from position, with less noise."""
 
     gain: float = param("({output_unit})*s/({input_unit})", "Output per input per second.", default=1.0)
     corner_frequency: float = param("Hz", "Frequency of the pole.", default=1000.0, above=0.0)

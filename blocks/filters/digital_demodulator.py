@@ -12,7 +12,7 @@ from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
 
 class DigitalDemodulator(Block):
-    """Amplitude of the carrier in each period, from the tick after the last sample of the period."""
+    """Amplitude of the carrier in each period, from the tick after its last sample."""
 
     samples: int = param("1", "Samples of a carrier period, ns.", default=8, at_least=3, at_most=4096)
     phase: float = param("rad", "Phase of the reference.", default=0.0)

@@ -13,7 +13,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class Elliptic(Block):
-    """Digital low-pass or high-pass with the steepest edge: ripples where it passes and where it stops."""
+    """Digital low-pass or high-pass of steepest edge: ripples where it passes and stops."""
 
     order: int = param("1", "Number of poles.", default=4, at_least=1, at_most=LARGEST_ORDER)
     corner_frequency: float = param("Hz", "Frequency at which the ripple ends.", default=100.0, above=0.0)

@@ -14,7 +14,7 @@ from proofmass.blocks.parameter_sets.band_edges import BandEdges, ordered
 
 
 class EllipticBand(BandEdges):
-    """Digital band-pass or band-stop with the steepest edges: ripples where it passes and where it stops."""
+    """Digital band-pass or band-stop of steepest edges: ripples where it passes and stops."""
 
     low_frequency: float = param("Hz", "Frequency at which the ripple ends below the band.", default=80.0, above=0.0)
     high_frequency: float = param("Hz", "Frequency at which the ripple ends above the band.", default=120.0, above=0.0)

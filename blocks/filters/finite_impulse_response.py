@@ -7,7 +7,7 @@ from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
 
 class FiniteImpulseResponse(Block):
-    """Filter by its taps: linear phase, matched filters, decimation filters before a slower block."""
+    """Filter by its taps: linear phase, matched filters, decimation before a slower block."""
 
     taps: tuple[float, ...] = param("({output_unit})/({input_unit})", "h0 to hm.", default=(0.25, 0.5, 0.25))
     input_unit: str = param("", "Unit of the input.", default="1")

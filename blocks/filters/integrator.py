@@ -6,7 +6,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class Integrator(Block):
-    """Integral over time: of a velocity, a current into a capacitor. At ticks DiscreteIntegrator."""
+    """Integral over time: of a velocity, a current in a capacitor. At ticks DiscreteIntegrator."""
 
     gain: float = param("({output_unit})/({input_unit})/s", "Growth of the output per second and input.", default=1.0)
     initial: float = param("{output_unit}", "Output at the start.", default=0.0)

@@ -8,7 +8,7 @@ from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
 
 class KalmanFilter(Block):
-    """Best linear estimate of the states of a known system from one noisy measurement; order 1 to 16."""
+    """Best linear estimate of the states of a system from one noisy measurement; order 1 to 16."""
 
     transition: tuple[float, ...] = param("1", "A, row after row.", default=(1.0, 1.0, 0.0, 1.0))
     entry: tuple[float, ...] = param("1/({control_unit})", "B, one per state.", default=(0.0, 0.0))

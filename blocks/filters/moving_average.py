@@ -19,7 +19,7 @@ class MovingAverage(Block):
 class State(NamedTuple):
     oldest: int  # its place in the line
     total: float  # of the line
-    fresh: float  # of what has come since place 0: it replaces the total, so that rounding never adds up
+    fresh: float  # of what has come since place 0: it replaces the total: rounding never adds up
 
 
 @MovingAverage.output("{unit}")

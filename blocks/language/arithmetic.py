@@ -290,7 +290,7 @@ def compare(a: int, b: float) -> int:
 
 
 def place(index: int, length: int) -> int:
-    """Place of an entry, counted from the end if the index is negative; an existing place if it fails."""
+    """Place of an entry, counted from the end if the index is negative; some place if it fails."""
     at = index + length if index < 0 else index
     return min(max(at, 0), max(length - 1, 0))
 

@@ -1,4 +1,4 @@
-"""Calls in a function: of functions of Python and `math`, of named tuples, and of a user's functions."""
+"""Calls in a function: of functions of Python and `math`, of named tuples, and a user's."""
 
 import ast
 import inspect
@@ -53,7 +53,7 @@ class Calls(Expressions):
         return self._made(node, kind, rest | replaced)  # type: ignore[operator]
 
     def given(self, node: ast.Call, target: Any) -> list[Typed]:
-        """Rewrite the arguments of a call in the order of the parameters, with defaults filled in."""
+        """Rewrite arguments of a call in the order of the parameters, with defaults filled in."""
         if any(isinstance(part, ast.Starred) for part in node.args) or any(k.arg is None for k in node.keywords):
             raise refuse(node, "* in a call", "write the arguments one by one")
         signature = inspect.signature(target)

@@ -38,7 +38,7 @@ class Expressions:
         return ast.Name(self.scope.bind(value), ast.Load())
 
     def applied(self, function: Callable[..., Any] | Checked, *arguments: ast.expr) -> ast.expr:
-        """Write a call of a function of this package or of Python, or of an operation that may fail."""
+        """Write a call of a function of this package or of Python, or of a fallible operation."""
         return ast.Call(self.bound(function), list(arguments), [])
 
     def expression(self, node: ast.expr) -> Typed:
@@ -93,7 +93,7 @@ class Expressions:
         raise refuse(node, f"{what} is {described(wanted)}, and is given {described(kind)}", hint)
 
     def agreed(self, node: ast.AST, values: Sequence[Typed], what: str) -> tuple[list[ast.expr], Type]:
-        """Convert alternatives to one type; literal integers become numbers if others are numbers."""
+        """Convert alternatives to one type; literal integers become numbers if others are."""
         kinds = [kind for _, kind in values]
         if float in kinds:
             values = [
@@ -292,7 +292,7 @@ def assign(name: str, value: ast.expr) -> ast.stmt:
 
 
 def _surely_succeeds(operator: type[ast.operator], second: Any) -> bool:
-    """Return whether an operation of integers never fails because its second operand is a literal."""
+    """Return whether an operation of integers never fails since its second operand is a literal."""
     if not isinstance(second, int):
         return False
     return (operator is ast.RShift and 0 <= second <= 63) or (

@@ -44,7 +44,7 @@ def form_of(kind: type[Block], behaviour: Behaviour) -> Form | None:
 
 
 def constants_form(kind: type[Block]) -> Form | None:
-    """Return the function `constants` for parameters that change; None if that is the function itself."""
+    """Return the function `constants` for changing parameters; None if that is the same."""
     behaviour = kind.functions.get("constants")
     if behaviour is None or not is_own(kind) or kind.has_formats():
         return None
@@ -54,7 +54,7 @@ def constants_form(kind: type[Block]) -> Form | None:
 
 
 def problems_of(kind: type[Block]) -> list[Problem]:
-    """Return everything in the functions of a block that engines cannot run, or not to the same bits."""
+    """Return everything in the functions of a block that engines cannot run to the same bits."""
     if not is_own(kind):
         return []
     problems = list(_bad_types(kind))

@@ -112,7 +112,7 @@ def _body(reader: Statements, tree: ast.FunctionDef) -> list[ast.stmt]:
 
 
 def _ours(reader: Calls, node: ast.Call, target: types.FunctionType, arguments: list[Typed]) -> Typed:
-    """Write a call of a function of this package, which declares its types and is the same everywhere."""
+    """Write a call of a function of this package, with declared types, the same everywhere."""
     hints, result = inspect.get_annotations(target, eval_str=True), annotated(target)
     if result is None:
         raise refuse(node, f"{target.__name__}() says no type of what it returns", "write a function of your own")

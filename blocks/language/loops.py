@@ -15,8 +15,8 @@ from proofmass.blocks.language.values import TupleOf
 class _Loop:
     """A loop that is being read."""
 
-    flag: str  # the variable that says whether it ended without `break`; "" for a loop without `else`
-    left: set[str] | None = None  # variables that have a value at every `break`; None without a `break`
+    flag: str  # which says whether it ended without `break`; "" for a loop without `else`
+    left: set[str] | None = None  # variables with a value at every `break`; None without a `break`
 
 
 class Loops(Calls):

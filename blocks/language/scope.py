@@ -1,4 +1,4 @@
-"""Names of a function: its variables with their types, and the values that it reads from outside."""
+"""Names of a function: its variables with their types, and the values it reads from outside."""
 
 import ast
 import builtins
@@ -14,7 +14,7 @@ Read = tuple[types.FunctionType | types.ModuleType | type, str, Any]
 
 
 class Scope:
-    """Variables and outer values of one function; made-up names begin unlike all names of the function."""
+    """Variables and outer values of one function; made-up names begin unlike all of its names."""
 
     def __init__(
         self, function: types.FunctionType, tree: ast.FunctionDef, arguments: dict[str, Type], promoted: set[str]
@@ -22,7 +22,7 @@ class Scope:
         self.function = function
         self.types: dict[str, Type] = dict(arguments)
         self.assigned = set(arguments)  # variables that surely have a value at this point
-        self.promoted = promoted  # variables that are numbers although integers are assigned to them
+        self.promoted = promoted  # variables that are numbers, though integers are assigned to them
         self.namespace: dict[str, Any] = {}
         self.reads: list[Read] = []  # values from outside, to see later whether they have changed
         self._locals = set(function.__code__.co_varnames) | set(function.__code__.co_cellvars)
@@ -50,7 +50,7 @@ class Scope:
         return name
 
     def local(self, node: ast.Name) -> Type | None:
-        """The type of a variable; None for a name from outside. Refuses one that may have no value yet."""
+        """The type of a variable; None for one from outside. Refuses one without a sure value."""
         if node.id in self.assigned:
             return self.types[node.id]
         if node.id not in self._locals:

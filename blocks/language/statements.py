@@ -31,7 +31,7 @@ class Statements(Loops):
     def __init__(self, scope: Scope, result: Type | None, called: Callable[..., Typed]) -> None:
         super().__init__(scope)
         self.result, self._called = result, called
-        self._written: dict[str, bool] = {}  # variables: whether only literal integers were assigned to them
+        self._written: dict[str, bool] = {}  # whether they were assigned literal integers alone
         self.refused: list[RefusedError] = []
         self._unreached: list[tuple[ast.Raise, ast.Return]] = []
 

@@ -22,7 +22,7 @@ def greatest_divisor(a: int, b: int) -> int:
 
 
 def _divisor_below_zero(a: int, b: int) -> int:
-    """Negative of the greatest common divisor, by Euclid on negative numbers, of which there is one more."""
+    """Negative of the greatest common divisor, by Euclid on the more numerous negative numbers."""
     a, b = min(a, -a), min(b, -b)
     while b != 0:
         a, b = b, modulo(a, b)
@@ -81,7 +81,7 @@ def integer_root_fails(a: int) -> bool:
 
 
 def least(entries: Sequence[_Entry]) -> _Entry:
-    """The first of the least entries, compared as Python compares them; integers keep all their digits."""
+    """The first of the least entries, compared as in Python; integers keep all digits."""
     best = entries[0]
     for entry in entries:
         best = entry if entry < best else best

@@ -16,7 +16,7 @@ VACUUM = 1.25663706212e-6  # T m/A, CODATA 2018
 
 
 class Fluxgate(Block):
-    """Field sensor of saturable cores; demodulate its second harmonic, and close a loop by a coil."""
+    """Field sensor of saturable cores; demodulate its second harmonic, close a loop by a coil."""
 
     saturation: float = param("T", "Flux density Bs at which the cores saturate.", default=0.6, above=0.0)
     knee: float = param("A/m", "Field Hs of the knee.", default=20.0, above=0.0)

@@ -33,7 +33,7 @@ class MagnetoresistiveAngleBridge(Block):
 
 
 def aligned(along: float, pull: float) -> float:
-    """Cosine between a free layer and a reference, `along` apart until the field pulls the reference."""
+    """Cosine of a free layer and a reference, `along` apart until the field pulls the reference."""
     length = math.sqrt(1.0 + 2.0 * pull * along + pull * pull)
     return (pull + along) / length if length > 0.0 else 0.0
 

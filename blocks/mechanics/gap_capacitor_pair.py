@@ -12,7 +12,7 @@ CONTACT = 1.0 - 2.0**-40  # of the gap: the capacitance of a plate that touches 
 
 
 class GapCapacitorPair(Block):
-    """Differential capacitance of a plate that moves between two fixed ones, which also end its way."""
+    """Differential capacitance of a plate that moves between two fixed ones, which also stop it."""
 
     capacitance: float = param("F", "C0 of either side, the plate in the middle.", default=42.5e-12, above=0.0)
     gap: float = param("m", "Gap on either side, the plate in the middle.", default=12.5e-6, above=0.0)

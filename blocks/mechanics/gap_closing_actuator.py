@@ -13,7 +13,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class GapClosingActuator(Block):
-    """Electrostatic actuator whose plates move towards each other. It needs a stop before they touch."""
+    """Electrostatic actuator whose plates move towards each other. Let a stop hold them apart."""
 
     bias: float = param("V", "Constant voltage Vdc.", default=20.0)
     capacitance: float = param("F", "Capacitance C0 of one side at rest.", default=0.1e-12, above=0.0)

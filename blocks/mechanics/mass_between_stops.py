@@ -1,6 +1,6 @@
 """Proof mass with mechanical stops: m x'' + c x' + k x = F between `lowest` and `highest`, rebound v -> -e v at both.
 
-What rebounds at no more than `sticking_speed` stays at the stop until the forces point away from it.
+What rebounds at no more than `sticking_speed` stays at the stop until forces point away from it.
 """
 
 from collections.abc import Iterator

@@ -7,7 +7,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class MisalignedTriad(Block):
-    """Scale and direction errors of three axes: how accelerometers or gyroscopes sit on their block."""
+    """Scale and direction errors of three axes: how sensors sit on their block."""
 
     scale_x: float = param("1", "Relative scale error sx.", default=0.0)
     scale_y: float = param("1", "Relative scale error sy.", default=0.0)

@@ -51,7 +51,7 @@ def start(p: ModalResonator, steps: list[float], weights: list[float], period: f
 
 
 def decayed(w: float, d: float, period: float) -> tuple[float, float]:
-    """e^(-d T) cos(r T) and e^(-d T) sin(r T) / r, r^2 = w^2 - d^2; hyperbolic where that is negative."""
+    """e^(-d T) cos(r T) and e^(-d T) sin(r T) / r, r^2 = w^2 - d^2; hyperbolic if negative."""
     square = (w - d) * (w + d)
     if abs(square) <= 1e-12 * w * w:
         return exponential(-d * period), period * exponential(-d * period)

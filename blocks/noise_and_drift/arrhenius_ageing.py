@@ -13,7 +13,7 @@ BOLTZMANN = 1.380649e-23  # J/K, exact in the SI
 
 
 class ArrheniusAgeing(Block):
-    """A parameter that ages steadily, and the faster the hotter it is: diffusion, outgassing, creep."""
+    """A parameter that ages steadily, faster when hotter: diffusion, outgassing, creep."""
 
     pace: float = param("1/s", "Relative deviation per second at the reference temperature.", default=1.0e-12)
     activation_energy: float = param(

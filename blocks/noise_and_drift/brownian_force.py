@@ -12,7 +12,7 @@ BOLTZMANN = 1.380649e-23  # J/K, exact in the SI
 
 
 class BrownianForce(Block):
-    """The force of the gas and the suspension on a proof mass: the thermomechanical noise of its damping."""
+    """Force of gas and suspension on a proof mass: the thermomechanical noise of its damping."""
 
     damping: float = param("kg/s", "Damping of the motion.", default=3.4e-3, at_least=0.0)
     temperature: float = param("K", "Absolute temperature.", default=300.0, at_least=0.0)

@@ -1,4 +1,4 @@
-"""Linear drift: value = nominal (1 + slope (t - start_time)), the nominal value before the start."""
+"""Linear drift: value = nominal (1 + slope (t - start_time)), the nominal value before."""
 
 from proofmass.blocks.declaration.declare import Block, param
 

@@ -13,7 +13,7 @@ from proofmass.blocks.declaration.declare import Block, param
 
 
 class GaussMarkov(Block):
-    """A parameter that wanders about its nominal value and forgets: an Ornstein-Uhlenbeck process."""
+    """Parameter that wanders about its nominal value and forgets: an Ornstein-Uhlenbeck process."""
 
     standard_deviation: float = param(
         "1", "Standard deviation of the relative deviation, once settled.", default=10.0e-6, at_least=0.0

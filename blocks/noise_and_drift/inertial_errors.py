@@ -13,7 +13,7 @@ REFERENCE = 298.15  # K
 
 
 class InertialErrors(Block):
-    """Errors of a gyroscope or an accelerometer, as its data sheet states them; noise comes by a wire."""
+    """Errors of a gyroscope or an accelerometer, by its data sheet; noise comes by a wire."""
 
     scale: float = param("1", "Relative error of the scale factor.", default=0.0)
     scale_temperature: float = param("1/K", "Growth of the scale error per kelvin.", default=0.0)

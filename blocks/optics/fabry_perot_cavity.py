@@ -85,7 +85,7 @@ def error(c: Constants, detuning: float, power: float) -> float:
     product, turned = c.front * c.back, c.back * (1.0 - c.front * c.front)  # Im F = turned sin(p) / size
     along, against = c.back * (1.0 + c.front * c.front), c.front * (1.0 + c.back * c.back)
     here, above, below = size(c, co), size(c, upper), size(c, lower)
-    real = (along * upper - against) / above + (along * lower - against) / below  # of both sidebands
+    real = (along * upper - against) / above + (along * lower - against) / below  # both sidebands
     imaginary = 2.0 * turned * si * ((1.0 + product * product) * c.cosine - 2.0 * product * co) / (above * below)
     beat = turned * si * real - (along * co - against) * imaginary
     return 2.0 * power * c.carrier * c.sideband * beat / here

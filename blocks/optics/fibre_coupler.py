@@ -12,7 +12,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class FibreCoupler(Block):
-    """Two fibres that share their light: splitter of a source, or mixer of two waves of one source."""
+    """Two fibres that share their light: splitter of a source, or mixer of its waves."""
 
     coupling: float = param("1", "Part of the power that crosses, k.", default=0.5, at_least=0.0, at_most=1.0)
     transmission: float = param("1", "Power out over power in, t.", default=1.0, at_least=0.0, at_most=1.0)

@@ -11,7 +11,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class FixedIntegrator(Block):
-    """Integral of a fixed-point signal; the output does not depend on the input of the same tick."""
+    """Integral of a fixed-point signal; the output does not depend on the same tick's input."""
 
     gain: float = param("({output_unit})/({input_unit})/s", "Growth of the output per second and input.", default=1.0)
     initial: float = param("{output_unit}", "Sum in tick 0, rounded to its format.", default=0.0)

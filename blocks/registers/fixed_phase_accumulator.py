@@ -14,7 +14,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class FixedPhaseAccumulator(Block):
-    """The phase of a numerically controlled oscillator in a register, from -1/2 to 1/2 of a turn."""
+    """Phase of a numerically controlled oscillator in a register, from -1/2 to 1/2 of a turn."""
 
     frequency: float = param("Hz", "Frequency without control, or its alias below half the rate.", default=1000.0)
     width: int = param("bit", "Bits of the register.", default=32, at_least=2, at_most=48)

@@ -12,7 +12,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class FixedSecondOrderSection(Block):
-    """Biquad in fixed point, by coefficients as filter design programs print them; sections in series."""
+    """Biquad in fixed point, by coefficients as design programs print them; sections in series."""
 
     b0: float = param("({output_unit})/({input_unit})", "b0.", default=0.25)
     b1: float = param("({output_unit})/({input_unit})", "b1.", default=0.5)

@@ -45,7 +45,7 @@ def point_format(p: FixedSlopeEstimator) -> Fixed:
 
 
 def total_format(p: FixedSlopeEstimator) -> Fixed:
-    """Format of a sum that no sweep overflows: the sizes of the weights add up to at most n^2 / 2."""
+    """Format of a sum no sweep overflows: the sizes of the weights add up to at most n^2 / 2."""
     return Fixed(p.input_format.width + (p.points**2 // 2).bit_length(), p.input_format.fraction)
 
 

@@ -13,7 +13,7 @@ LARGEST_ORDER = 8
 
 
 class FixedStateSpace(Block):
-    """Linear filter of order 1 to 8 in fixed point; all coefficients have one format, all states another."""
+    """Linear filter of order 1 to 8 in fixed point; one format for coefficients, one for states."""
 
     transition: tuple[float, ...] = param("1", "A, row after row.", default=(0.9, 0.2, -0.2, 0.9))
     entry: tuple[float, ...] = param("1/({input_unit})", "B, one per state.", default=(0.05, 0.1))

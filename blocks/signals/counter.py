@@ -26,7 +26,7 @@ def count(p: Counter, x: State) -> int:
 
 @Counter.output("1")
 def carry(p: Counter, x: State, enable: bool) -> bool:
-    """True in the tick that takes the count from the highest to 0: the clock of a further counter."""
+    """True in the tick that takes the highest count to 0: the clock of a further counter."""
     return enable and x.counted == p.modulus - 1
 
 

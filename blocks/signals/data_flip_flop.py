@@ -6,7 +6,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class DataFlipFlop(Block):
-    """Register of one bit that takes its data at the rising edge of a clock; a chain of them shifts."""
+    """Register of one bit that takes its data at the rising edge of a clock; a chain shifts."""
 
     initially_on: bool = param("", "Output in tick 0.", default=False)
 

@@ -1,4 +1,4 @@
-"""Data latch: output = data while `enable` is true, else the data of the last tick in which it was."""
+"""Data latch: output = data while `enable` is true, else that of the last tick in which it was."""
 
 from typing import NamedTuple
 

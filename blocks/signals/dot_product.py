@@ -4,7 +4,7 @@ from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
 
 class DotProduct(Block):
-    """Weighted sum of the components of a vector: a row of a matrix, a correlation with a known response."""
+    """Weighted sum of the components of a vector: a matrix row, a correlation with a response."""
 
     weights: tuple[float, ...] = param(
         "({output_unit})/({input_unit})", "Weight of each component.", default=(1.0, 1.0, 1.0)

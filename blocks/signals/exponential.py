@@ -5,7 +5,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class Exponential(Block):
-    """Exponential law of a signal: the current of a diode, a thermistor, decibels back to an amplitude."""
+    """Exponential law of a signal: a diode's current, a thermistor, decibels to amplitude."""
 
     scale: float = param("{output_unit}", "Output where the input is zero.", default=1.0)
     reference: float = param("{input_unit}", "Rise of the input for a growth by e.", default=1.0, above=0.0)

@@ -1,11 +1,11 @@
-"""Power: output = scale (|input| / reference)^exponent, with the sign of the input where it is `odd`."""
+"""Power: output = scale (|input| / reference)^exponent, with the input's sign if `odd`."""
 
 from proofmass.blocks.arithmetic.elementary import power
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class Power(Block):
-    """Power law of a signal with any positive exponent: a square-law detector, a nonlinear spring."""
+    """Power law with any positive exponent: a square-law detector, a nonlinear spring."""
 
     exponent: float = param("1", "The exponent.", default=2.0, above=0.0, at_most=16.0)
     odd: bool = param("", "Whether a negative input gives a negative output.", default=False)

@@ -1,4 +1,4 @@
-"""Sample and hold: output = signal while `hold` is false, else the last value before it became true."""
+"""Sample and hold: output = signal while `hold` is false, else its last value before."""
 
 from typing import NamedTuple
 

@@ -4,7 +4,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class Switch(Block):
-    """Selector of one of two signals by a bit. AnalogSwitch is the electronic part, with its leakage."""
+    """Selector of one of two signals by a bit. AnalogSwitch is the part, with leakage."""
 
     unit: str = param("", "Unit of signals and output.", default="1")
 

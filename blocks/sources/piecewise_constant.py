@@ -8,7 +8,7 @@ from proofmass.blocks.declaration.declare import Block, Buffer, param
 
 
 class PiecewiseConstant(Block):
-    """A value that changes at given times: switches, phases of a test, a set of operating points."""
+    """Value that changes at given times: switches, phases of a test, a set of operating points."""
 
     times: tuple[float, ...] = param("s", "Times at which the values begin, ascending.", default=(0.0,))
     values: tuple[float, ...] = param("{unit}", "The values, one for each time.", default=(0.0,))
@@ -48,7 +48,7 @@ def start(p: PiecewiseConstant, knots: list[float], levels: list[float]) -> Stat
 
 
 def index_at(time: float, index: int, times: Sequence[float]) -> int:
-    """Index of the last of the ascending times that is not after `time`, searched from `index` on."""
+    """Index of the last of ascending times that is not after `time`, searched from `index` on."""
     while index + 1 < len(times) and times[index + 1] <= time:
         index += 1
     return index

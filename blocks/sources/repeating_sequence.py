@@ -6,7 +6,7 @@ from proofmass.blocks.declaration.declare import Block, Buffer, param
 
 
 class RepeatingSequence(Block):
-    """A list of values played over and over, one each tick: a stimulus, a test pattern, a measured cycle."""
+    """A list of values played over and over, one a tick: a stimulus, a test pattern, a cycle."""
 
     values: tuple[float, ...] = param("{unit}", "The values of one repetition.", default=(0.0,))
     unit: str = param("", "Unit of the output.", default="1")

@@ -20,7 +20,7 @@ _ORDER = 4
 
 
 class BandMeter(Block):
-    """Root mean square of the part of a signal that lies in a band, over all samples before the tick."""
+    """Root mean square of a signal in a band, over all samples before the tick."""
 
     low: float = param("Hz", "Lower end of the band.", default=0.0, at_least=0.0)
     high: float = param("Hz", "Upper end of the band.", default=100.0, above=0.0)

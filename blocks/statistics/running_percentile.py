@@ -47,7 +47,7 @@ def start(p: RunningPercentile) -> State:
 def percentile(
     p: RunningPercentile, x: State, value: list[float], count: list[int], fresh: list[float], fresh_count: list[int]
 ) -> float:
-    """The percentile, on the straight line between the two samples of nearest rank; zero of no samples."""
+    """The percentile, on the line between the two samples of nearest rank; zero of none."""
     place = p.percent / 100.0 * float(x.samples - 1)
     i, k, below, low, low_place = 0, 0, 0, 0.0, 0.0
     while i < x.values or k < x.fresh:

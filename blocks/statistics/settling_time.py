@@ -39,7 +39,7 @@ def constants(p: SettlingTime, period: float) -> Constants:
 
 @SettlingTime.output("s")
 def time_to_settle(c: Constants, x: State) -> float:
-    """Time to the first sample after the last one outside; all of the time where that is the last."""
+    """Time to the first sample after the last one outside; all the time if that is the last."""
     return float(x.settled) * c.period + c.delay
 
 

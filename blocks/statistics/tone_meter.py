@@ -14,7 +14,7 @@ _KEPT = "the sums are those of one frequency: take a ToneMeter for each"
 
 
 class ToneMeter(Block):
-    """Amplitude and phase of a tone in all samples before the tick; zero until there are three of them."""
+    """Amplitude and phase of a tone in all samples before the tick; zero before the third."""
 
     frequency: float = param("Hz", "Frequency of the tone.", default=10.0, above=0.0, not_driven=_KEPT)
     delay: float = param("s", "Time of tick 0, such as a clock offset.", default=0.0, at_least=0.0, not_driven=_KEPT)

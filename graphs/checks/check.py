@@ -53,7 +53,7 @@ def checked(graph: AnyGraph) -> AnyGraph:
 
 
 def scheduled(flat: FlatGraph) -> Schedule:
-    """Return the schedule of a graph that can run; raises `ModelError` with every problem otherwise."""
+    """Return the schedule of a graph that can run; raises `ModelError` with every problem."""
     found, order = _looked_at(flat)
     problems = [problem for problem in found if not problem.note]
     problems += [] if problems or not flat.exports else open_inputs(flat)
@@ -134,7 +134,7 @@ class _Wiring:
 
     def _wires(self) -> Iterator[Problem]:
         driven_by: dict[str, str] = {}
-        absent: set[str] = set()  # missing blocks: each is reported once, however many wires name it
+        absent: set[str] = set()  # missing blocks, each reported once, however many wires name it
         for wire in sorted(self.graph.wires, key=lambda wire: self.graph.find(("wires", str(wire)))[1]):
             source, target = wire
             key, path = f"wires: {wire}", ("wires", str(wire))
@@ -149,7 +149,7 @@ class _Wiring:
                     absent |= {end.message} if end.absent else set()
             if isinstance(into, Missing):
                 self.meant.add(into.meant)
-                if not isinstance(out, Missing) and not split(into.meant)[1]:  # no input is near the name
+                if not isinstance(out, Missing) and not split(into.meant)[1]:  # no input is near
                     self.tried[split(target)[0]].append(source)
             if target in driven_by:
                 other = driven_by[target]

@@ -118,7 +118,7 @@ def _knows_its_period(block: Block) -> bool:
 
 
 def _passed_over(wiring: _Wiring, name: str) -> Iterator[Problem]:
-    """Yield a note on a block with memory between a wire and slower blocks that read the same wire."""
+    """Yield a note on a block with memory between a wire and slower blocks that read it."""
     own_rate = wiring.rate(name)
     readers = list(dict.fromkeys(reader for reader, _ in wiring.readers[name]))
     rates = [wiring.rate(reader) for reader in readers]

@@ -1,4 +1,4 @@
-"""Problems with other names in a graph than those of wires: exports, unused parts, and opened loops."""
+"""Problems with other names in a graph than those of wires: exports, unused parts, opened loops."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator

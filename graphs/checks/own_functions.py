@@ -7,7 +7,7 @@ from proofmass.graphs.model.graph import split
 
 
 def own_problems(graph: FlatGraph) -> list[Problem]:
-    """Return the problems of a flat graph's own blocks, each with file and line; once for each kind."""
+    """Return the problems of a flat graph's own blocks, with file and line; once for each kind."""
     kinds = {type(block) for block in graph.blocks.values() if not block.__module__.startswith("proofmass.blocks.")}
     if not kinds:
         return []

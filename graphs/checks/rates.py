@@ -80,7 +80,7 @@ def base_rate_notes(graph: FlatGraph) -> Iterator[Problem]:
 
 
 def _keeps(fastest: Fraction, odd: Fraction) -> str:
-    """Return a rate near `odd` that divides the fastest, one that is short to write where there is one."""
+    """Return a rate near `odd` that divides the fastest, one short to write, if any."""
     ratio = fastest / odd
     divisors = range(max(1, int(ratio / 2)), int(2 * ratio) + 2)
     near = [(write_rate(fastest / divisor), abs(math.log(ratio / divisor))) for divisor in divisors]

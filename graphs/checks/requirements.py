@@ -1,4 +1,4 @@
-"""Checks of requirements against their graph: quantities must exist, limits must have their units."""
+"""Checks of requirements by their graph: quantities must exist, limits must have their units."""
 
 import math
 from collections.abc import Iterator

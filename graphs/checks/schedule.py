@@ -110,7 +110,7 @@ def outputs_of(steps: Iterable[OutputStep]) -> tuple[Endpoint, ...]:
 
 
 def loop_of(cycle: Torn[OutputStep]) -> AlgebraicLoop:
-    """Return the algebraic loop of a cycle without an obstacle: such a cycle contains outputs alone."""
+    """Return the algebraic loop of a cycle without an obstacle: it contains outputs alone."""
     return AlgebraicLoop(outputs_of(cycle.tears), outputs_of(cycle.others))
 
 
@@ -151,7 +151,7 @@ def in_order(
 
 
 def _torn(needs: Mapping[OutputStep, Sequence[OutputStep]], part: set[OutputStep]) -> Torn[OutputStep]:
-    """Tear a cycle: the alphabetically first step of each set of steps that still need each other."""
+    """Tear a cycle: the alphabetically first step of each set of steps that need each other."""
     left, tears = {node: [before for before in needs[node] if before in part] for node in part}, set[OutputStep]()
     while parts := loops(left):
         new = {min(part, key=_by_last_name) for part in parts}
@@ -227,7 +227,7 @@ def _loop(graph: FlatGraph, cycle: list[OutputStep], drivers: dict[Endpoint, End
 
 
 def _instead(graph: FlatGraph, cycle: Sequence[OutputStep]) -> str:
-    """Hint at an output that could stand for one of the cycle, as the strictly proper part of a filter."""
+    """Hint at an output to stand for one of the cycle, as the strictly proper part of a filter."""
     for name, port in outputs_of(cycle):
         kind = type(graph.blocks[name])
         own = kind.outputs[port]

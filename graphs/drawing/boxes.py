@@ -22,7 +22,7 @@ def flag(way: int) -> str:
 def block_lines(
     name: str, box: Box, look: Look, spot: Spot, wired: WiredPorts, classes: Iterable[str], formats: Mapping[str, str]
 ) -> Iterator[str]:
-    """Yield a block with its ports but for its end tag; unused outputs are drawn in a soft colour."""
+    """Yield a block with its ports but for its end tag; unused outputs have a soft colour."""
     x, y, width, height = spot.x, spot.y, look.shape.width, look.shape.height
     middle = x + width / 2
     if look.symbol == "tab":

@@ -17,7 +17,7 @@ NetsOf = dict[tuple[NetName, int, int], Net]  # by net, row and gap
 
 
 def widths_to_try(width: int, height: int, aspect: float) -> Iterator[float]:
-    """Yield widths for the rows of a diagram that is this large in one row; the first that does is taken."""
+    """Yield widths for the rows of a diagram so large in one row; the first that does is taken."""
     goal = max(float(WIDEST), (aspect * width * height) ** 0.5)
     if not fits(width, height, aspect):
         fewest = max(2, ceil(width / goal))

@@ -86,7 +86,7 @@ def subgraph_paths(graph: Graph) -> list[str]:
 
 
 class Drawing:
-    """Drawing of a graph, or of an opened subgraph: a picture, its layout, and the drawings inside."""
+    """Drawing of a graph, or of an opened subgraph: a picture, its layout, and those inside."""
 
     def __init__(self, flat: FlatGraph, graph: Graph, path: str, unfolded: frozenset[str], overlays: Overlays) -> None:
         self.flat, self.path, self.overlays = flat, path, overlays
@@ -136,7 +136,7 @@ class Drawing:
             yield "</g>"
 
     def _wires(self) -> Iterator[str]:
-        """Yield the wires and their dots, then bundles, then the wires that are named, net by net."""
+        """Yield the wires and their dots, then bundles, then the named wires, net by net."""
         leaders = self.eased.leaders
         hops = hops_of(self.paths, leaders)
         paths: dict[GridPoint, list[Path]] = {}  # by start

@@ -31,7 +31,7 @@ def diagram_data(graph: Graph, unfolded: Collection[str] = ()) -> Data:
 
 
 def _drawings(drawing: Drawing, path: str, x: int, y: int) -> Iterator[tuple[str, Drawing, int, int]]:
-    """Yield a drawing and those inside it, each with its path and the place of its upper left corner."""
+    """Yield a drawing and those inside it, each with its path and its upper left corner."""
     yield path, drawing, x, y
     for name, inner in drawing.inner.items():
         spot = drawing.layout.spots[name]

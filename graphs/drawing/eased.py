@@ -71,7 +71,7 @@ def length(path: Path) -> int:
 
 
 class NamedEnds(NamedTuple):
-    """A wire that is named: from its source to the end of the tab there, and from a tab to its reader."""
+    """A wire that is named: from its source to the tab there, and from a tab to its reader."""
 
     source: tuple[GridPoint, GridPoint]
     reader: tuple[GridPoint, GridPoint]
@@ -91,7 +91,7 @@ def named_ends(link: Link, spots: Mapping[str, Spot], looks: Mapping[str, Look])
 
 
 class Fan(NamedTuple):
-    """A wire of a bundle: out of its port, along the line that stands for all, and into its port."""
+    """A bundled wire: out of its port, along the line that stands for all, and into its port."""
 
     source: Path
     trunk: Path

@@ -13,7 +13,7 @@ TAB_ROWS = 3  # of the grid, below a block whose driven parameters have tabs
 
 @dataclass(frozen=True)
 class Shape:
-    """Size of a block and places of its pins: ports from its top, driven parameters from its left."""
+    """Size of a block and places of its pins: ports from the top, parameters from the left."""
 
     width: int
     height: int
@@ -48,7 +48,7 @@ class Spot(NamedTuple):
 
 @dataclass(frozen=True)
 class Layout:
-    """A diagram in pixels: blocks, the corner points of each wire, and the dots where wires branch."""
+    """A diagram in pixels: blocks, the corner points of each wire, and dots where wires branch."""
 
     width: int
     height: int
@@ -87,7 +87,7 @@ class Pin(NamedTuple):
 
 @dataclass(eq=False)
 class Net:
-    """The wires of one output in one gap between layers: pins on the left side and on the right side."""
+    """The wires of one output in one gap between layers: pins on the left and the right."""
 
     left: list[Pin] = field(default_factory=list)
     right: list[Pin] = field(default_factory=list)

@@ -1,4 +1,4 @@
-"""Layers of a block diagram: feedback wires, blocks on return paths, and the column of each block."""
+"""Layers of a block diagram: feedback wires, return paths, and the column of each block."""
 
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
@@ -19,7 +19,7 @@ class Link(NamedTuple):
 
 
 class Layers(NamedTuple):
-    """Layers of blocks, counted from the left, and the blocks that face left because they lead back."""
+    """Layers of blocks, counted from the left, and blocks that face left, leading back."""
 
     of: Mapping[str, int]
     mirrored: frozenset[str]
@@ -52,7 +52,7 @@ def assign_layers(
 
 
 def signal_order(names: Iterable[str], links: Iterable[Link]) -> list[str]:
-    """Return blocks in the order in which a signal reaches them, each loop from where it is entered."""
+    """Return blocks in the order a signal reaches them, each loop from where it is entered."""
     return _Wiring(sorted(names), sorted(links), frozenset()).order
 
 
@@ -133,7 +133,7 @@ class _Wiring:
         return layer if fits else None
 
     def _pull(self, layer: dict[str, int], mirrored: frozenset[str]) -> None:
-        """Move blocks with more outgoing than incoming wires towards their readers, for shorter wires."""
+        """Move blocks with more outgoing wires towards their readers, for short wires."""
         for name in reversed(self.order):
             after = [v for v in self.after[name] if v in layer]
             if name not in mirrored and after and len(self.before[name]) < len(self.after[name]):

@@ -144,7 +144,7 @@ class _Part:
         size = sum(len(column) for column in self.columns)
         best = self._state()
         for sweep in range(SWEEPS if size <= LARGEST_POLISHED else 2):
-            side = sweep % 2  # a sweep to the right compares with the layer on its left, and vice versa
+            side = sweep % 2  # one to the right compares with the layer on its left, and vice versa
             for column in self.columns if side == 0 else reversed(self.columns):
                 wanted = {item: self._centre(item, side) for item in column}
                 column.sort(key=lambda item: wanted[item])
@@ -262,7 +262,7 @@ class _Part:
         return Layout(routed.width, routed.height, spots, paths, frozenset(dots))
 
     def _end(self, name: str, port: str, is_output: bool = False, driven: bool = False) -> GridPoint:
-        """Return where a wire leaves or reaches a block (for a driven parameter: in the row below it)."""
+        """Return where a wire leaves or reaches a block (a driven parameter: a row lower)."""
         item, shape = self.blocks[name], self.shapes[name]
         if driven:
             return item.x + shape.driven[port], item.top + shape.row(port)

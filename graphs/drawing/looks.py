@@ -1,4 +1,4 @@
-"""Looks of blocks: summing circles, gain triangles, boxes with their ports, and subgraphs opened up."""
+"""Looks of blocks: summing circles, gain triangles, boxes with their ports, and open subgraphs."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -30,7 +30,7 @@ _SILENT = ("input", "output")  # names that need not be written where the port i
 
 @dataclass(frozen=True)
 class Look:
-    """Look of a block: shape for the layout, symbol, lines of text, and how far inside the pins are."""
+    """Look of a block: shape for the layout, symbol, lines of text, and the pins' depth."""
 
     shape: Shape
     symbol: str  # "box", "circle", "triangle", "tab", "open"

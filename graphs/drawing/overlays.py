@@ -38,7 +38,7 @@ class Overlays:
         return found or {f"loop of {min(part)}": part for part in together}
 
     def of_block(self, box: Box) -> Iterator[str]:
-        """Yield the classes of a block, or of a subgraph: its rate if it has one alone, its loops."""
+        """Yield the classes of a block, or of a subgraph: its rate if it has but one, its loops."""
         inner = [name for name in self.flat.blocks if name.startswith(f"{box.path}.")] if box.subgraph else [box.path]
         rates = {self._rate(name) for name in inner}
         if len(rates) == 1:

@@ -40,10 +40,10 @@ class Box:
     file: str = ""  # of a subgraph
     signals: Mapping[str, str] = field(default_factory=dict)  # of the flat graph, by output
     types: Mapping[str, str] = field(default_factory=dict)  # of outputs, in words
-    written: Mapping[str, str] = field(default_factory=dict)  # quantities as they were written, by parameter
+    written: Mapping[str, str] = field(default_factory=dict)  # quantities as written, by parameter
 
     def shown(self, name: str) -> str:
-        """Return the number of a parameter with its unit: as it was written, where that is short."""
+        """Return the number of a parameter with its unit: as written, where that is short."""
         text, unit = self.written.get(name, ""), short_unit(self.parameters[name].unit)
         return as_written(text if len(text) <= _SHORT else "", self.values[name], unit, 6)
 
@@ -87,7 +87,7 @@ def picture(graph: Graph) -> Picture:
 
 
 def picture_of(flat: FlatGraph, graph: Graph, path: str) -> Picture:
-    """Return the picture of a graph inside another; `path` ends in a dot, or is empty for the whole."""
+    """Return the picture of a graph inside another; `path` ends in a dot, or is empty."""
     wires = [(node_of(graph, wire.source), node_of(graph, wire.target)) for wire in graph.wires]
     probes = sorted({node_of(graph, probe.signal) for probe in graph.probes})
     if path:  # probes of the whole graph that reach inside
@@ -110,7 +110,7 @@ def node_of(graph: Graph, signal: str) -> Endpoint:
 
 
 def outside(graph: Graph, signal: str) -> str:
-    """Return the name that a signal inside a subgraph has where it is exported; unchanged if it is not."""
+    """Return the name of a subgraph's signal where it is exported; unchanged if it is not."""
     head, _, tail = signal.partition(".")
     part = graph.subgraphs.get(head)
     if part is None:

@@ -10,7 +10,7 @@ from proofmass.graphs.drawing.routing import GRID, Bar, WireTree, add_line, chan
 _BAND = 6 * GRID  # height of a band without blocks
 _ABOVE, _BELOW = -2 * GRID, 2 * GRID  # where wires leave a row, from its top and its bottom, until corridors are known
 
-Room = Callable[[int, bool], int]  # for labels beside the outputs of a layer, on its left or right side
+Room = Callable[[int, bool], int]  # for labels beside the outputs of a layer, on its left or right
 
 
 class Routed(NamedTuple):
@@ -83,7 +83,7 @@ class _Row:
 
 
 def _close_up(items: Sequence[Item]) -> None:
-    """Move items up, so that the first is at zero and no level band without any is higher than need be."""
+    """Move items up: the first is at zero, and no empty level band is higher than need be."""
     bottom, up = 0, min((item.top for item in items), default=0)
     for item in sorted(items, key=lambda item: item.top):
         up += max(0, item.top - up - bottom - _BAND)

@@ -250,7 +250,7 @@ def _has_long_text(value: object) -> bool:
 
 
 def _unknown(kind: type[Block], name: str, key: str, values: Collection[str]) -> Problem:
-    """Refuse a key of a block that is not a parameter of its kind: misspelt, misplaced, or a port."""
+    """Refuse a key that is not a parameter of a block's kind: misspelt, misplaced, or a port."""
     if key in TOP_KEYS:
         hint = f"after [blocks.{name}] it belongs to that block: move it above the first [blocks. ...]"
     elif key in kind.inputs:

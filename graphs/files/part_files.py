@@ -19,7 +19,7 @@ class PartFiles:
         self._chain: dict[Path, str] = {}
         self._bytes = 0
         if first is not None:
-            with suppress(OSError, RuntimeError, ValueError):  # its problems are reported when it is read
+            with suppress(OSError, RuntimeError, ValueError):  # its reading reports problems
                 self._chain[first.resolve()] = first.name
 
     def graph(self, name: object, folder: str, depth: int) -> Graph:

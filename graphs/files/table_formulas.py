@@ -29,7 +29,7 @@ class TableFormulas:
         self._broken = set(declared if isinstance(declared, Mapping) else ()) - values.keys()
 
     def of_block(self, kind: type[Block], name: str, table: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the table of a block with numbers in place of formulas; wrong formulas are left out."""
+        """Return the table of a block with numbers in place of formulas; without wrong ones."""
         texts = {n: table.get(n, p.default) for n, p in kind.parameters.items() if p.kind is str}
         numbers = dict(table)
         for key, entry in table.items():

@@ -20,8 +20,8 @@ def edited(text: str, changes: Mapping[str, float | int | str], file: str = "<te
 
     They are named as in the file: `block.parameter`, `part.exported` or `part.block.parameter` of a
     graph that is a block, or the name of a value. The block must have a table of its own,
-    `[blocks.NAME]`. A parameter that is not there yet comes after the last that is. Raises
-    `ModelError`, with the line, where a parameter is written in a way that cannot be edited.
+    `[blocks.NAME]`. A parameter that is not there yet comes after the last that is.
+    Raises `ModelError`, with the line, where a parameter is written in a way that cannot be edited.
     """
     lines = text.split("\n")
     tables = tomllib.loads(text)

@@ -140,7 +140,7 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
 
 
 def _with_keys_at_top(data: dict[str, Any], place: Place) -> tuple[dict[str, Any], list[Problem]]:
-    """Return the graph with its own keys that stand in other tables at its top, and a problem for each."""
+    """Return the graph with its own keys that stand in other tables at its top, and problems."""
     found: dict[KeyPath, object] = {}
     whole, problems = dict(data), []
     for key, own in _KEYS_ELSEWHERE.items():
@@ -224,7 +224,7 @@ def parsed(text: str, file: str, folder: str) -> tuple[dict[str, Any], Place]:
         raise _refused(file, line, "holds a NUL character", "save it as plain text")
     text = text.removeprefix("\ufeff").replace("\r\n", "\n")
     try:
-        lines = locate_keys(text)  # before the parser, which would take minutes for what is refused here
+        lines = locate_keys(text)  # first: the parser takes minutes for what is refused here
         return tomllib.loads(text), Place(file, lines, folder)
     except LimitError as error:
         raise _refused(file, error.line, str(error)) from None
@@ -250,7 +250,7 @@ def _graphs_beside(path: Path) -> str:
 
 
 def _others(path: Path) -> str:
-    """Return a hint at a file with a name near that of the missing one, from its folder or the library."""
+    """Return a hint at a file named nearly as the missing one, in its folder or the library."""
     if path.exists():
         return ""
     if path.name in library_files():

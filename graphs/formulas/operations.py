@@ -39,7 +39,7 @@ def dimension_text(dimension: Dimension) -> str:
 
 @cache
 def coherent_unit(dimension: Dimension) -> str:
-    """Return the coherent SI unit of a dimension, by its name or as a quotient of names if there is one.
+    """Return the coherent SI unit of a dimension, by its name or a quotient of names if any.
 
     >>> coherent_unit(unit("mV").exponents), coherent_unit(unit("kg/s^2").exponents), coherent_unit(NUMBER)
     ('V', 'N/m', '1')

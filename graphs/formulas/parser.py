@@ -1,4 +1,4 @@
-"""The grammar of formulas. Nothing in a formula is evaluated by Python; length and depth are limited.
+"""The grammar of formulas. Python evaluates nothing of it; length and depth are limited.
 
     sum      = product { ("+" | "-") product }
     product  = signed { ("*" | "/") signed }
@@ -154,7 +154,7 @@ class _Parser:
         units = []
         while self.tokens[self.at][0] == "name" and self.tokens[self.at + 1][1] != "(":
             units.append(self.tokens[self.at][1] + self._unit_power())
-        known = unit("*".join(units) or "1")  # raises for an unknown unit, and offers the nearest name
+        known = unit("*".join(units) or "1")  # refuses an unknown one, offers the nearest name
         return Number(_float(text, known.factor), known.exponents)
 
     def _unit_power(self) -> str:

@@ -67,7 +67,7 @@ def plainly(operation: str, arguments: list[Any]) -> Any:
 
 
 def evaluated(tree: Tree, numbers: Numbers, apply: Callable[[str, list[Any]], Any] = plainly) -> Any:
-    """Return the value of a tree; `apply` says what operations do, for other numbers than floats."""
+    """Return the value of a tree; `apply` says what operations do, for non-floats."""
     match tree:
         case Number(value, _):
             return value

@@ -24,7 +24,7 @@ graph = Graph(
     duration="50 ms",
     blocks={  # names of your own; numbers are in the unit of the parameter, and "50.43 ug" is converted to it
         "acceleration": Sine(unit="m/s^2", amplitude=9.80665, frequency=90.0),
-        "inertia": Gain(gain=50.43e-9, input_unit="m/s^2", output_unit="N"),  # force = mass * acceleration
+        "inertia": Gain(gain=50.43e-9, input_unit="m/s^2", output_unit="N"),  # force = m a
         "sensor": MassSpringDamper(mass=50.43e-9, damping=3.4e-3, stiffness=49.5627),
         "readout": Readout(),
         "adc": AnalogToDigital(bits=16, reference=10.0),

@@ -194,8 +194,8 @@ class Graph(Value):
 
         Whatever follows from a value by formulas moves with it. A parameter of a subgraph is named
         by its path, `"x_axis.adc.reference"`, or as it is exported, `"x_axis.reference"`. A text
-        that begins with an equals sign is a new formula; a number takes one away. Raises
-        `ModelError`.
+        that begins with an equals sign is a new formula; a number takes one away.
+        Raises `ModelError`.
         """
         return with_parameters(self, changes)
 
@@ -263,7 +263,7 @@ def _pair(value: object) -> list[str]:
 
 
 def _entries(wires: Iterable[Any]) -> tuple[Any, ...]:
-    """Return wires one by one; those of a table as pairs, which `read_wire` refuses with its cure."""
+    """Return wires one by one; of tables as pairs, which `read_wire` refuses with its cure."""
     return tuple(wires.items() if isinstance(wires, Mapping) else wires)
 
 

@@ -1,4 +1,4 @@
-"""Changes of a graph: values and parameters anywhere inside it, and files named from another folder."""
+"""Changes of a graph: values and parameters anywhere inside it, and files named from elsewhere."""
 
 import dataclasses
 from collections.abc import Callable, Iterator, Mapping
@@ -82,7 +82,7 @@ def is_rate(graph: Graph, target: str) -> bool:
 
 
 def settled(graph: AnyGraph, numbers: Mapping[str, object]) -> AnyGraph:
-    """Return the graph with these parameters, and with those of its formulas; raises `ModelError`."""
+    """Return the graph with these parameters, and those of its formulas; raises `ModelError`."""
     problems: list[Problem] = []
     rates: dict[str, Any] = {}
     offsets: dict[str, Fraction] = {}
@@ -164,7 +164,7 @@ def _with_numbers(graph: AnyGraph, changes: Mapping[str, object]) -> AnyGraph:
 
 
 def changed_blocks(blocks: Mapping[str, Block], values: Mapping[str, object]) -> dict[str, Block]:
-    """The blocks of a flat graph that have these parameters, by `block.parameter`; raises `ModelError`."""
+    """Blocks of a flat graph with these parameters, by `block.parameter`; raises `ModelError`."""
     changes: dict[str, dict[str, object]] = {}
     for signal, value in values.items():
         name, parameter = split(signal)
@@ -173,7 +173,7 @@ def changed_blocks(blocks: Mapping[str, Block], values: Mapping[str, object]) ->
 
 
 def change_part(part: AnyGraph, values: Mapping[str, object]) -> AnyGraph:
-    """Change values of a subgraph. A name without a dot is a value of it, or one that it exports."""
+    """Change values of a subgraph. A name without a dot is a value of it, or one it exports."""
     unknown = [name for name in values if "." not in name and name not in part.exports and name not in part.values]
     if unknown:
         names = [*part.values, *part.exports, *part.blocks, *part.subgraphs]

@@ -26,7 +26,7 @@ class FormulaStep:
     formula: Formula
     names: Mapping[str, str]  # values in the formula, by their paths
     unit: str  # of the target
-    fixed: bool = False  # sets a rate, a clock offset, the duration or a measure, which no run can vary
+    fixed: bool = False  # sets a rate, a clock offset, the duration or a measure, no run varies it
 
     def number(self, numbers: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> Any:
         """Return the number of the formula, from the values by their paths."""
@@ -70,7 +70,7 @@ class Dependence:
         return followers
 
     def followed(self, numbers: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> dict[str, Any]:
-        """Return the values and parameters that follow from some numbers; those given are left out."""
+        """Return the values and parameters that follow from some numbers; without those given."""
         all_numbers: dict[str, Any] = {**self.numbers, **numbers}
         moved, follow = set(numbers), dict[str, Any]()
         for step in self.steps:

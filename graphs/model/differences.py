@@ -46,7 +46,7 @@ class GraphDifference:
 
 
 def differences(first: Graph, second: Graph) -> list[GraphDifference]:
-    """Return the differences of two graphs in the order of a graph file; none if they mean the same."""
+    """Return the differences of two graphs in the order of a graph file; none if alike."""
     before, after = flatten(first), flatten(second)
     names = _Names(_renamed(before, after))
     followed = _followed(first, second, names)
@@ -67,7 +67,7 @@ class _Names:
         self.parts = {old: new for old, new in pairs if old and new}
 
     def signal(self, text: str) -> str:
-        """Return a port or parameter under the new name of its block, a value under that of its subgraph."""
+        """Return a port or parameter under its block's new name, a value under its subgraph's."""
         name, port = split(text)
         return f"{self.blocks.get(name, self.parts.get(name, name))}.{port}" if name else text
 
@@ -108,7 +108,7 @@ def _values(first: Graph, second: Graph, names: _Names, followed: Mapping[str, s
 
 
 def _formulas(graph: Graph) -> dict[str, str]:
-    """Return formulas by their targets; the formulas of the entries of a list belong to the list."""
+    """Return formulas by targets; the formulas of the entries of a list belong to the list."""
     texts: dict[str, str] = {}
     for path, part in parts(graph):
         for target, formula in part.formulas.items():
@@ -252,7 +252,7 @@ def _length(flat: FlatGraph) -> str:
 
 
 def changed_entries(place: str, before: Mapping[str, str], after: Mapping[str, str]) -> Iterator[GraphDifference]:
-    """Yield what differs between two tables of texts at a place; an entry that is not there is empty."""
+    """Yield what differs between two tables of texts at a place; a missing entry is empty."""
     for name, (old, new) in _both(before, after):
         yield from _changed(place + name, old or "", new or "")
 

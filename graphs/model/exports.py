@@ -1,4 +1,4 @@
-"""Exports of a graph seen from outside: the names of inner ports, and inputs that nothing drives."""
+"""Exports of a graph seen from outside: the names of inner ports, and inputs nothing drives."""
 
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.parameter import Parameter
@@ -24,7 +24,7 @@ def exposed(root: Graph) -> dict[str, str]:
 
 
 def open_inputs(flat: FlatGraph) -> list[Problem]:
-    """Return exported inputs without a value: a graph with such inputs is a part and cannot run alone."""
+    """Return exported inputs without a value: graphs with such cannot run alone."""
     driven, found = {wire.target for wire in flat.wires}, list[Problem]()
     message = "the exported input is driven by nothing: the graph is a part of others and cannot run alone"
     for name, (_, what) in exported(flat).items():

@@ -87,7 +87,7 @@ class FlatGraph:
         return graph.place.find((table, name, *more)[: len(path)])
 
     def placed(self, problem: Problem) -> Problem:
-        """Return a problem with the file and line that its key has in the file of its block or wire."""
+        """Return a problem with the file and line its key has in the file of its block or wire."""
         return problem if problem.file else problem.at(*self.find(problem.path))
 
     def as_graph(self) -> Graph:

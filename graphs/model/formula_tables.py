@@ -1,4 +1,4 @@
-"""Formulas where a file has them: of parameters and rates, and of measures that follow from others."""
+"""Formulas of a file: of parameters and rates, and of measures that follow from others."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace

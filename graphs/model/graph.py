@@ -179,7 +179,7 @@ class Graph(Placed):
         return _restored, (type(self), thawed(self))
 
     def changed(self, **values: Any) -> Self:
-        """Return the graph with other values of these fields, which are neither read nor checked."""
+        """Return the graph with other values of these fields, neither read nor checked."""
         return _restored(type(self), thawed(self) | values)
 
     def bare(self, **values: Any) -> Self:
@@ -208,7 +208,7 @@ def thawed(value: Any) -> dict[str, Any]:
 
 
 def size_of(blocks: int, parts: Mapping[str, Graph], wires: int) -> GraphSize:
-    """Return the size of a graph that holds this many blocks and wires itself, and these subgraphs."""
+    """Return the size of a graph with so many blocks and wires of its own, and these subgraphs."""
     sizes = [part.size for part in parts.values()]
     return GraphSize(
         blocks + sum(size.blocks for size in sizes),

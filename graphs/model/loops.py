@@ -13,7 +13,7 @@ from proofmass.graphs.model.keys import LOOP_KEYS
 from proofmass.graphs.model.rates import read_duration
 
 REQUIREMENTS = {"gain_margin": "dB", "phase_margin": "deg", "delay_margin": "s", "sensitivity_peak": "dB"}
-VERDICTS = {"unstable": 0.0, "marginal": 0.5, "stable": 1.0}  # numbers that the measure `stable` has
+VERDICTS = {"unstable": 0.0, "marginal": 0.5, "stable": 1.0}  # numbers the measure `stable` has
 MARGIN_MEASURES = {**REQUIREMENTS, "stable": "1"}  # what a study measures of each loop, and its unit
 AUTO = "auto"  # an operating point: the first of the others at which there is an answer
 SETTLED = "settled"  # the loops have come to rest
@@ -98,7 +98,7 @@ def _signal(value: object) -> str:
 
 
 def read_requirement(value: object, unit: str) -> float:
-    """Return a number in the unit, from a number or a text; decibels do not convert. Raises `Refusal`."""
+    """Return a number in the unit, from number or text, but no decibels. Raises `Refusal`."""
     example = {"dB": 'write it as "6 dB"', "deg": 'write it as "30 deg"', "s": 'write it as "100 us"'}[unit]
     if isinstance(value, str) and unit == "dB":
         found = _DECIBELS.fullmatch(value)

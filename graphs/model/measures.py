@@ -1,4 +1,4 @@
-"""Measures of a graph: signals reduced to one number each while it runs; no trace is kept for them."""
+"""Measures of a graph: signals reduced to a number while it runs; no trace is kept."""
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
@@ -27,7 +27,7 @@ class Measure(NamedTuple):
     signal: str
     statistic: str
     start: Fraction = Fraction(0)
-    options: tuple[tuple[str, Any], ...] = ()  # of the statistic, as they are written; times in seconds
+    options: tuple[tuple[str, Any], ...] = ()  # of the statistic, as written; times in seconds
     until: Fraction | None = None
     unit: str = ""  # in which tables show it, such as "deg/h"; its value is in that of the signal
 
@@ -99,12 +99,12 @@ def read_measures(table: object) -> dict[str, Measure]:
 
 
 def with_entries(measures: Mapping[str, Measure], entries: Mapping[str, Mapping[str, Any]]) -> dict[str, Measure]:
-    """Return measures with other values at some of their keys, by their names; raises `ModelError`."""
+    """Return measures with other values of some keys, by their names; raises `ModelError`."""
     return read_measures({name: _as_table(measure) | entries.get(name, {}) for name, measure in measures.items()})
 
 
 def read_display_unit(text: object) -> str:
-    """Return the unit in which a signal or a measure is shown, or an empty text; raises `Refusal`."""
+    """Return the unit in which a signal or measure is shown, or an empty text; raises `Refusal`."""
     if not isinstance(text, str):
         raise Refusal("must be a text", 'write unit = "deg/h"')
     if text:

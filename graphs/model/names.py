@@ -11,7 +11,7 @@ from proofmass.graphs.model.graph import Graph, split
 
 
 class Missing(NamedTuple):
-    """A name without a meaning: the reason, what to write instead, and the signal that was meant."""
+    """A name without a meaning: the reason, what to write instead, and the signal meant."""
 
     message: str
     hint: str
@@ -126,7 +126,7 @@ def _no_block(root: Graph, signal: str, what: str) -> Missing:
 
 
 def output_of_a_loop(flat: FlatGraph) -> str:
-    """Return an output of the graph for hints: one that is fed back, or else the first that is wired."""
+    """Return an output of the graph for hints: one fed back, or else the first wired."""
     from proofmass.graphs.model.digraph import loops  # start-up time: few graphs are refused
 
     ends = [(wire.source, split(wire.source)[0], split(wire.target)[0]) for wire in flat.wires]

@@ -21,7 +21,7 @@ _SHOWN = 3  # wires in a hint
 def with_nearest(
     problems: Iterable[Problem], blocks: Mapping[str, object], wires: Sequence[object]
 ) -> Iterator[Problem]:
-    """Yield problems, those of names with the nearest block, or the nearest name that only wires have."""
+    """Yield problems, of names with the nearest block or wire name."""
     missing: set[str] | None = None
     for problem in problems:
         whole = whole_wire(wires[int(problem.path[1])], blocks) if problem.message == "not a wire" else ""
@@ -84,7 +84,7 @@ def whole_wire(text: object, blocks: Mapping[str, object]) -> str:
 
 
 def _ends(text: str, blocks: Mapping[str, object], number: int) -> Iterator[_End]:
-    """Yield the ports that an end may mean: the named one, or all outputs or inputs of the block."""
+    """Yield the ports an end may mean: the named one, or all outputs or inputs of the block."""
     name, dot, port = text.partition(".")
     block = blocks.get(name)
     if isinstance(block, Block):

@@ -119,7 +119,7 @@ class MeasureOf:
 
 @dataclass(frozen=True)
 class YieldOf:
-    """The part of the study's sensors that keep one of its limits, or all of them if none is named."""
+    """The part of the study's sensors that keep one of its limits, or all if none is named."""
 
     limit: str
     unit: str = "1"
@@ -269,7 +269,7 @@ def _band(table: Mapping[str, Any]) -> tuple[float, float] | None:
 
 
 def _hertz(entries: Sequence[Any], key: str, whole: object, wanted: str, hint: str) -> list[float]:
-    """Return frequencies of texts and numbers, `whole` as it is written at a key; raises `Refusal`."""
+    """Return frequencies of texts and numbers, `whole` as written at a key; raises `Refusal`."""
     try:
         return [convert(entry, "Hz") if isinstance(entry, str) else float(entry) for entry in entries]
     except Refusal as error:

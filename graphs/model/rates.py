@@ -62,7 +62,7 @@ def base_rate(rates: Iterable[Fraction]) -> Fraction:
 
 
 def common_base_rate(rates: Iterable[Fraction]) -> Fraction | None:
-    """The base rate, or None if a tick of the slowest rate has more than `LARGEST_RATIO` base ticks."""
+    """The base rate, or None if the slowest tick has more than `LARGEST_RATIO` base ticks."""
     base = slowest = None
     for rate in set(rates):
         base = rate if base is None else base_rate((base, rate))

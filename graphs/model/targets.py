@@ -19,7 +19,7 @@ from proofmass.graphs.model.rates import simplest
 from proofmass.graphs.model.values import NamedValue, resolved
 
 RATE, DURATION, CLOCK_OFFSET = "rate", "duration", "clock_offset"
-OF_MEASURES = f"{MEASURES}."  # how the targets of formulas in measures begin, as "measures.settled.from"
+OF_MEASURES = f"{MEASURES}."  # the targets of formulas begin so, as "measures.settled.from"
 LARGEST_WHOLE = 2**53  # beyond which floats are not all integers
 
 
@@ -50,7 +50,7 @@ def number_of(formula: Formula, values: Mapping[str, NamedValue], target: Target
 
 
 def rate_of(formula: Formula, values: Mapping[str, NamedValue]) -> Fraction:
-    """Return the rate in hertz that a formula of a frequency or a period gives; raises `Refusal`."""
+    """Return the rate in hertz a formula of a frequency or a period gives; raises `Refusal`."""
     dimension = dimension_of(formula.tree, {name: value.dimension for name, value in values.items()})
     if dimension == unit("s").exponents:
         return 1 / _exactly(formula, values, "s")

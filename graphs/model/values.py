@@ -1,4 +1,4 @@
-"""The table `[values]` of a graph: quantities and formulas by name, read and resolved, with all problems."""
+"""The table `[values]` of a graph: quantities and formulas by name, resolved, with all problems."""
 
 import math
 from collections.abc import Iterator, Mapping

@@ -72,7 +72,7 @@ _JSON_TYPES = {"float": "number", "int": "integer", "bool": "boolean", "str": "s
 
 
 def graph_schema(own: Own | None = None) -> Schema:
-    """Return the JSON Schema, draft 2020-12, of graph files; `own` are the caller's own blocks by name."""
+    """Return the JSON Schema, draft 2020-12, of graph files; `own` are own blocks by name."""
     kinds = all_blocks(own)
     rate = _formulated({"type": "number", "exclusiveMinimum": 0})
     values: dict[str, Schema] = {
@@ -144,7 +144,7 @@ def _shared() -> Schema:
 
 
 def _once(blocks: dict[str, Schema]) -> tuple[dict[str, Schema], dict[str, Schema]]:
-    """Return definitions of blocks, and those of the parameters that several have in the same words.
+    """Return definitions of blocks, and those of the parameters several have in the same words.
 
     That takes a third off the file.
     """
@@ -235,7 +235,7 @@ def _measures() -> Schema:
 
 
 def _option(statistic: Statistic, key: str) -> Schema:
-    """Return the schema of an option: a time, or a number within the bounds of the block's parameter."""
+    """Return the schema of an option: a time, or a number within the parameter's bounds."""
     if key in TIMES or statistic.block is None:
         return _formulated({"type": "number", "minimum": 0})
     parameter = facts(statistic.block)["parameters"][key]
@@ -243,7 +243,7 @@ def _option(statistic: Statistic, key: str) -> Schema:
 
 
 def _parts(rate: Schema) -> dict[str, Schema]:
-    """Return the schema of blocks that are graphs: from a file, or as a table with the keys of a file."""
+    """Return the schema of blocks that are graphs: from a file, or a table with its keys."""
     values: dict[str, Schema] = {
         "graph": {"type": "string", "minLength": 1, "maxLength": TEXT_LENGTH},
         "rate": rate,

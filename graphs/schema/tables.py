@@ -1,4 +1,4 @@
-"""Pieces of the JSON Schema: tables by their keys, tables by names, lists and numbers with units."""
+"""Pieces of the JSON Schema: tables by keys, tables by names, lists and numbers with units."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -15,7 +15,7 @@ FLAG: Schema = {"type": "boolean"}
 
 
 def table(values: Mapping[str, Schema], docs: Mapping[str, str], *required: str, **more: Any) -> Schema:
-    """Return the schema of a table with these keys, each with its doc, and what else is known of it.
+    """Return the schema of a table with these keys, each with its doc, and what else it has.
 
     What a whole table must keep is asked only where all of its keys are known: a misspelt key is one fault, not two.
     """
@@ -29,7 +29,7 @@ def table(values: Mapping[str, Schema], docs: Mapping[str, str], *required: str,
 
 
 def by_name(entry: Schema, names: str = "", **more: Any) -> Schema:
-    """Return the schema of a table whose names match a pattern, and whose entries are all of one form."""
+    """Return the schema of a table whose names match a pattern, with entries of one form."""
     if not names:
         return {"type": "object", **more, "additionalProperties": entry}
     return {"type": "object", **more, "patternProperties": {names: entry}, "additionalProperties": NO_KEY}

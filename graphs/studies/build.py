@@ -1,4 +1,4 @@
-"""Reader of studies: tables as those of a study file become a Study, or a list of all their faults."""
+"""Reader of studies: tables of a study file become a Study, or a list of all their faults."""
 
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType

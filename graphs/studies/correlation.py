@@ -29,7 +29,7 @@ class Correlation:
 
 
 def correlation_of(pairs: Iterable[tuple[str, str, float]], spread: Mapping[str, Spread]) -> Correlation:
-    """The correlation with these coefficients; raises `Refusal` where they contradict each other."""
+    """The correlation with these coefficients; raises `Refusal` where they contradict."""
     ordered: dict[tuple[str, str], float] = {}
     for first, second, coefficient in pairs:
         for name in (first, second):

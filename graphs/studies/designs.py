@@ -26,7 +26,7 @@ _ROUNDS = 6
 
 
 def stream_of(what: str, name: str) -> int:
-    """Number of a parameter's random stream: from its name alone; no block has a name with a space."""
+    """Number of a parameter's random stream: from its name alone; no block's name has a space."""
     return zlib.crc32(f"{what} {name}".encode())
 
 

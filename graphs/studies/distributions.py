@@ -81,7 +81,7 @@ class Spread:
 
     @cached_property
     def column_file(self) -> tuple[str, bytes] | None:
-        """Name and content of a file for values that are too many for a text; None where they are not."""
+        """Name and content of a file for values too many for a text; None for fewer."""
         return column_file(self.values) if len(self.values) > LONGEST_LIST and not self.weights else None
 
     def __str__(self) -> str:
@@ -104,7 +104,7 @@ class Spread:
 
 
 def read_spread(table: object, unit: str, folder: str = "") -> Spread:
-    """An entry of `[spread]` for a parameter of that unit, files from the folder; raises `Refusal`."""
+    """Entry of `[spread]` for a parameter of the unit, files from the folder; raises `Refusal`."""
     table = checked_table(table, SPREAD_KEYS, 'write { normal = "200 ppm", relative = true }')
     given = [shape for shape in SHAPES if shape in table]
     if len(given) != 1:

@@ -38,12 +38,12 @@ class Mission:
         return f"Mission({points})"
 
     def exposure(self, age: float, law: arrhenius_ageing.Constants) -> float:
-        """Return the seconds at the reference temperature that age a sensor as much as this age does."""
+        """Return the seconds at the reference temperature that age a sensor as this age does."""
         whole, rest = divmod(age, self.times[-1])
         return whole * _exposure(self, law, self.times[-1]) + _exposure(self, law, rest)
 
     def wear(self, age: float, exponent: float, reference: float) -> float:
-        """Return how many cycles of the reference range, in kelvin, wear as much as this age does."""
+        """Return how many cycles of the reference range, in kelvin, wear as much as this age."""
         whole: float = sum((size / reference) ** exponent for size in cycles(self.temperatures))
         return whole * age / self.times[-1]
 

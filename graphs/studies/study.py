@@ -51,7 +51,7 @@ class Study(Placed):
     margins: str  # time of the operating point at which margins are measures too; "" measures none
     changes: Mapping[str, Change]  # measures of their own, by name
     limits: Mapping[str, Limit]  # by measure
-    stop: Mapping[str, float]  # half of the confidence interval of a mean that is small enough, by measure
+    stop: Mapping[str, float]  # half a mean's confidence interval, small enough, by measure
     written: Mapping[str, str] = dataclasses.field(compare=False, repr=False)  # parameters, by names in the flat graph
 
     def changed(self, *, runs: int, seed: int) -> Self:
@@ -86,7 +86,7 @@ class Study(Placed):
         return self.adjustable.unit_of(name)
 
     def name_of(self, name: str) -> str:
-        """A parameter as the study writes it, by its name in the flat graph: exported names stay."""
+        """Parameter as the study writes it, by its name in the flat graph: exported names stay."""
         return self.written.get(name, name)
 
     @cached_property

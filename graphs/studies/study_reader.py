@@ -1,4 +1,4 @@
-"""A study from a TOML file: one that names its graph, or a graph file with a table `[study]` in it."""
+"""A study from a TOML file: one names its graph, or a graph file with a table `[study]` in it."""
 
 import dataclasses
 from collections.abc import Callable

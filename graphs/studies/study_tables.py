@@ -58,7 +58,7 @@ def read_decibels(table: Mapping[str, Any], key: str) -> float:
 
 
 def _fixed(key: str, parameter: Parameter) -> Refusal:
-    """Return the refusal of a parameter that cannot vary, since it is not a floating-point number."""
+    """Return the refusal of a parameter that cannot vary, as it is not a floating-point number."""
     kind = {int: "an integer", bool: "true or false", str: "a text", tuple: "a list"}[parameter.kind]
     hint = "sweep it: each of its values is compiled anew, a variant of the study"
     return Refusal(f"is {kind}, not a number that may vary", got=shown(key), hint=hint)
@@ -96,7 +96,7 @@ class StudyTables:
         self.graph, self.flat, self.dependence = graph, flatten(graph), Dependence(graph)
         self.docs = docs  # of the tables
         self.problems: list[Problem] = []
-        self.written: dict[str, str] = {}  # parameters as they are written, by their names in the flat graph
+        self.written: dict[str, str] = {}  # parameters as written, by names in the flat graph
         self.margins = self.moment("margins", margins)  # at which they are wanted; "" where none are
         if self.margins and not self.flat.loops:
             hint = f'add [loops.main] to it with open_at = "{output_of_a_loop(self.flat)}"'
@@ -109,7 +109,7 @@ class StudyTables:
         return ""
 
     def parameters(self, table: str, given: object, read: Callable[[object, str], _Entry]) -> Mapping[str, _Entry]:
-        """A table, or one inside another, whose keys are parameters, by their names in the flat graph."""
+        """A table, or one in another, whose keys are parameters' names in the flat graph."""
         entries: dict[str, _Entry] = {}
         for key, entry in self.entries(table, given):
             name = self._flat_name(key)
@@ -143,7 +143,7 @@ class StudyTables:
         return tuple(read) or (0.0,)
 
     def recalibration(self, entry: object) -> Recalibration:
-        """Return the times of calibrations, and the parameters that store measures of their runs."""
+        """Return times of calibrations, and the parameters that store measures of their runs."""
         if entry == {}:
             return Recalibration()
         with self.noting("recalibration"):

@@ -59,7 +59,7 @@ class Free:
 
 @dataclasses.dataclass(frozen=True)
 class Goal:
-    """A quantity and what is wanted of it: limits, hard or soft, or the best value that the others allow."""
+    """A quantity and what is wanted of it: limits, hard or soft, or the best that others allow."""
 
     quantity: Quantity
     at_least: float = -math.inf
@@ -140,7 +140,7 @@ class Tuning(Placed):
         return self.adjustable.unit_of(name)
 
     def as_toml(self) -> str:
-        """Return the text of a graph file with the table `[tune]`, and `[study]` if goals need it."""
+        """Return the text of a graph file with the table `[tune]`, and `[study]` if needed."""
         lines = [write_graph(self.graph) if self.study is None else write_study(self.study, self.graph)]
         for name, table in self.as_tables().items():
             entries = [f"{key_of(key)} = {inline(entry)}" for key, entry in table.items()]

@@ -81,7 +81,7 @@ def print_file(path: Path, as_json: bool = False) -> None:
 
 
 def write_or_print(text: str, output: Path | None, as_json: bool = False) -> None:
-    """Write a text to a file, or print it without one; `as_json` says whether JSON is on standard output."""
+    """Write a text to a file, or print it without one; `as_json`: is JSON on standard output."""
     if output is None:
         click.echo(text)
     else:

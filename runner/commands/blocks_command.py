@@ -76,7 +76,7 @@ def _said(kind: type[Block]) -> str:
 
 
 def _list(kinds: Mapping[str, type[Block]]) -> Iterator[str]:
-    """The kinds under the headings of their families: name and the first line of the documentation."""
+    """The kinds under the headings of their families: name and first line of the documentation."""
     width = max(map(len, kinds))
     families = sorted({family_of(kind) for kind in kinds.values()})
     for number, family in enumerate(families):

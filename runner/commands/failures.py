@@ -43,7 +43,7 @@ def print_codes(problems: "Sequence[Problem]") -> None:
 
 
 def _message(error: Exception) -> str:
-    from proofmass.runner.run.faults import RunError  # start-up time: `proofmass --help` needs no NumPy
+    from proofmass.runner.run.faults import RunError  # `--help` needs no NumPy
 
     if isinstance(error, RunError):
         return f"the run failed\n{error}"

@@ -35,7 +35,7 @@ def _facts(item: Exhibit) -> dict[str, Any]:
 
 
 def _found(words: str) -> tuple[Exhibit, ...]:
-    """Return the exhibits that have all words in what they say; none where the words are the name of one."""
+    """Return the exhibits that have all words in what they say; none if the words name one."""
     if any(words.removesuffix(".toml") == one.name for one in exhibits()):
         return ()
     wanted = words.lower().replace("_", " ").split()

@@ -57,7 +57,7 @@ ELSEWHERE: Mapping[str, tuple[str, ...]] = {  # a command or an option, and what
 
 
 def meant(word: str, known: Mapping[str, object] | list[str], what: str) -> str:
-    """Return a hint: the command or option that other tools call so, or the nearest by its letters."""
+    """Return a hint: the command or option others call so, or the nearest by its letters."""
     folded = word.lower().replace("_", "-")
     same = next((name for name, others in ELSEWHERE.items() if name in known and folded in others), "")
     return f"did you mean {same}?" if same else did_you_mean(word, known, what)
@@ -117,7 +117,7 @@ def _assigned(values: list[str]) -> str:
 
 
 def _quoted(values: list[str], count: int) -> str:
-    """Return as many quantities in quotes, of words such as `1 Hz 100 Hz`; empty for other words."""
+    """Return as many quantities in quotes, of words as `1 Hz 100 Hz`; empty for other words."""
     pairs = [f'"{a} {b}"' for a, b in zip(values[::2], values[1::2], strict=False) if is_number(a) and is_unit(b)]
     return " ".join(pairs[:count]) if len(pairs) >= count else ""
 

@@ -109,7 +109,7 @@ class ProgressBar:
 
 @contextmanager
 def progress(quiet: bool, noun: str = "tick") -> Iterator[ProgressBar | None]:
-    """Give a bar for `progress=...` that counts nouns, or None where standard error is not a terminal."""
+    """Give a bar for `progress=...` that counts nouns; None if standard error is no terminal."""
     if quiet or not sys.stderr.isatty():
         yield None
     else:
@@ -118,7 +118,7 @@ def progress(quiet: bool, noun: str = "tick") -> Iterator[ProgressBar | None]:
 
 
 def line(done: int, total: int, seconds: float, noun: str = "tick", first: int = 0, width: int = 1000) -> str:
-    """Return the bar as text of at most `width` characters; `first` were done before the seconds began.
+    """Return the bar as text of at most `width` characters; `first` were done before.
 
     >>> line(250_000, 1_000_000, 5.0)
     ' 25 % [######..................] 250,000 of 1,000,000 ticks, 20 us a tick, 15 s left'

@@ -1,4 +1,4 @@
-"""The commands `prove` and `check-proof`: margins over tolerances as theorems, and certificates of them."""
+"""The commands `prove` and `check-proof`: margins over tolerances as theorems, and certificates."""
 
 from dataclasses import replace
 
@@ -50,7 +50,7 @@ def show_proofs(request: ProveRequest) -> int:
 
 
 def check_proof(request: CheckProofRequest) -> int:
-    """Check a certificate and return the exit code: 1 if it proves nothing, or is that of another graph."""
+    """Check a certificate and return the exit code: 1 if it proves nothing, or of another graph."""
     text = request.certificate.read_text(encoding="utf-8", errors="replace")
     try:
         claims = check_certificate(text)

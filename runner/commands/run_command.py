@@ -84,7 +84,7 @@ def _profiled(graph: Graph, request: RunRequest, reading: float) -> "tuple[Resul
 
 
 def _budgets(graph: Graph, outputs: tuple[str, ...], out: Path) -> tuple[list[tuple[str, str]], list[str]]:
-    """Return the sections of the noise budgets of some outputs, and the names of the files with them."""
+    """Return the sections of the noise budgets of some outputs, and the names of their files."""
     if not outputs:
         return [], []
     # start-up time: only --noise needs them

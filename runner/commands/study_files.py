@@ -45,7 +45,7 @@ def write_study(
 
 
 def study_data(result: StudyResult) -> dict[str, Any]:
-    """Return size, measures, yields, faults and provenance of a study, for each point of a sweep too."""
+    """Return size, measures, yields, faults and provenance of a study, at sweep points too."""
     study, points = result.study, _points(result)
     return {
         "graph": study.graph.name,

@@ -14,7 +14,7 @@ from proofmass.runner.run.sweep import Sweep, sweep
 
 
 def run_sweep(graph: Graph, request: RunRequest) -> int:
-    """Run a graph at each point, show its measures, write table and curves, and return the exit code."""
+    """Run a graph at each point, show measures, write table and curves, return the exit code."""
     names = _measures(graph, request.measures)
     result = request.call(sweep, graph, sweeps(request.swept))
     engine = result.results[0].provenance["engine"]

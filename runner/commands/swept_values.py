@@ -37,7 +37,7 @@ def value_of(text: str) -> Any:
 
 
 def _values(part: str, text: str) -> list[Any]:
-    """Return the value of an entry of a list, or those of a range FROM:TO:COUNT or FROM:TO:COUNT:log."""
+    """Return a list entry's value, or those of a range FROM:TO:COUNT or FROM:TO:COUNT:log."""
     found = _RANGE.fullmatch(part)
     if found is None:
         return [value_of(part)]

@@ -1,4 +1,4 @@
-"""The command `test-block`: whether a user's own blocks keep the contract that the library's keep."""
+"""The command `test-block`: whether a user's own blocks keep the contract the library's keep."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path

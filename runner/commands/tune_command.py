@@ -27,7 +27,7 @@ from proofmass.runner.output.export import write_whole
 def show_tuning(request: TuneRequest) -> int:
     """Tune a graph and return the exit code: 1 if a hard goal is missed."""
     tuning = _numbers(_tuning(request), request)
-    if request.target is not None:  # what cannot be written is said before the search, which may take long
+    if request.target is not None:  # said before the search, which may take long
         edit_file(request.graph, as_written(tuning, tuning.nominal))
         _try_out(request.target)
     with progress(request.quiet or request.as_json, "point") as bar:

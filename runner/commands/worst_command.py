@@ -1,4 +1,4 @@
-"""The command `worst`: how bad margins, noise, scale factors and measures can get within tolerances."""
+"""The command `worst`: how bad margins, noise and measures can get in tolerances."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace

@@ -26,7 +26,7 @@ _DEPENDS = ("seed", "ticks", "base_rate", "proofmass")  # facts of a run that it
 
 @dataclass(frozen=True)
 class Allowance:
-    """Allowed difference: in the unit, and relative to the largest of the trace or measure before."""
+    """Allowed difference: in the unit, and by the largest of the trace or measure before."""
 
     absolute: float = 0.0
     relative: float = 0.0

@@ -26,7 +26,7 @@ ALL = "all limits"
 
 @dataclass(frozen=True)
 class MeanChange:
-    """The mean of a measure at a point and age before and after, their difference with its interval."""
+    """The mean of a measure at a point and age before and after, their difference, its interval."""
 
     point: str  # in words; "" where there is one
     measure: str

@@ -35,7 +35,7 @@ class NoSolutionError(ArithmeticError):
 
 
 class _Loop(NamedTuple):
-    """Equations, present values and sizes of the unknowns, g of them, and other values with theirs."""
+    """Equations, values and sizes of the unknowns, g of them, and other values with theirs."""
 
     equations: Any
     context: Any
@@ -138,7 +138,7 @@ def _distance(unknown: Flat, image: Flat, size: Flat) -> float:
 
 
 def solve_in_place(tears: Sequence[Any], others: Sequence[Any], signals: Any, value: Callable[[Any], float]) -> bool:
-    """Solve a loop in plain Python: `signals` hold guesses of the tears, and then the solution, or NaN.
+    """Solve a loop in plain Python: `signals` hold guesses of the tears, then the solution, or NaN.
 
     `value(node)` is what a node gives with the signals as they are. Whether there is a solution.
     """

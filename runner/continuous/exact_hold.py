@@ -103,7 +103,7 @@ def multiply(left: Flat, right: Flat, size: int, product: Flat) -> None:
 
 
 def multiply_arrays(left: Flat, right: Flat, size: int, product: Flat) -> None:
-    """Multiply as `multiply` does, with the same sums in the same order, a whole term of them at a time."""
+    """Multiply as `multiply` does, with the same sums in order, a whole term at a time."""
     # start-up time: only large groups need NumPy, and `check` plans without it
     import numpy as np
 

@@ -101,7 +101,7 @@ def _passed(tick: GroupTick, young: float) -> tuple[float, bool]:
                 continue
             if not jumped and not _largest_error(tick, 0.0, young) <= tolerance:
                 from_rest = True
-        elif not _is_finite(moved):  # a stage went beyond the end of physics; an event may lie before it
+        elif not _is_finite(moved):  # beyond the end of physics; an event may lie before
             size = 0.5 * length
             if size < period * SHORTEST:
                 return STEPS_TOO_SHORT, False
@@ -139,7 +139,7 @@ def _passed(tick: GroupTick, young: float) -> tuple[float, bool]:
                 return 1.0 + len(tick.clear) + event, False
         allowed = _settled(tick, start + done, allowed)
         corners += 1 if event >= events else 0
-        if tolerance == 0.0 and corners > MOST_CORNERS:  # motion along a jump, which steps would never leave
+        if tolerance == 0.0 and corners > MOST_CORNERS:  # motion along a jump never ends
             for i in range(len(tick.side)):
                 tick.side[i] = UNWATCHED
         short = short + 1 if length < period * SHORT and not 0 <= event < events else 0

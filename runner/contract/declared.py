@@ -39,7 +39,7 @@ def documents(kind: type[Block]) -> ContractVerdict:
 
     def problems() -> Iterator[Problem]:
         summary = (kind.__doc__ or "").strip()
-        if not summary or summary.startswith(f"{kind.__name__}("):  # which a dataclass writes by itself
+        if not summary or summary.startswith(f"{kind.__name__}("):  # written by dataclasses
             yield problem(kind, "", "it has no docstring", hint=f'class {kind.__name__}(Block): """What it is."""')
         elif not summary.partition("\n")[0].endswith("."):
             yield problem(kind, "", "its docstring does not begin with a sentence", got=summary.partition("\n")[0])
@@ -57,7 +57,7 @@ def documents(kind: type[Block]) -> ContractVerdict:
 
 
 def units(kind: type[Block]) -> ContractVerdict:
-    """Every port and every parameter that is a number has a unit, whichever unit the block is given."""
+    """Every port and every parameter that is a number has a unit, whichever the block is given."""
     measured = [*kind.inputs.values(), *kind.outputs.values()]
     measured += [p for p in kind.parameters.values() if p.kind in (float, tuple)]  # type: ignore[misc]
     free = [name for name, p in kind.parameters.items() if p.kind is str and not p.choices]
@@ -110,7 +110,7 @@ def outside(parameter: Parameter) -> dict[float, float | int]:
 
 
 def within(parameter: Parameter) -> list[float | int]:
-    """Return values at the bounds of a parameter, or just inside where the bound itself is not taken."""
+    """Return values at the bounds of a parameter, or just inside where it excludes it."""
     if parameter.kind not in (int, float):
         return []
     ends = [bound for bound in (parameter.at_least, parameter.at_most) if bound is not None]

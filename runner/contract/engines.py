@@ -65,7 +65,7 @@ def interrupted(kind: type[Block], cases: Sequence[Case]) -> ContractVerdict:
 
 
 def faults(ordinary: Sequence[Case], hostile: Sequence[Case]) -> ContractVerdict:
-    """Tell what ends runs early; the checks of engines see that all of them end in the same tick."""
+    """Tell what ends runs early; the checks of engines see that all end in the same tick."""
     parts = [f"{_ended(ordinary)} of {_runs(ordinary)} runs end early", f"{_ended(hostile)} of {_runs(hostile)}"]
     total: Counter[str] = sum((case.faults() for case in (*ordinary, *hostile)), Counter())
     said = ", ".join(f"{name} ({number})" for name, number in total.most_common())

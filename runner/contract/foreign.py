@@ -15,7 +15,7 @@ from proofmass.runner.targets.llvm_functions import externals
 from proofmass.runner.targets.llvm_text import ENTRY
 from proofmass.runner.targets.wasm import WasmModule, wasm_module
 
-_Call = tuple[Sequence[int], Sequence[Any]]  # integers, and NumPy arrays that the entry works on in place
+_Call = tuple[Sequence[int], Sequence[Any]]  # integers, and arrays the entry changes
 
 
 class ForeignError(RuntimeError):

@@ -54,7 +54,7 @@ def _differs(kind: type[Block], function: Any, more: tuple[str, ...]) -> str:
         for number, block in enumerate(blocks):
             try:
                 value = repr(function(block, *(PERIOD for _ in more)))
-            except (ArithmeticError, ValueError) as error:  # which a plan reports, with the parameters
+            except (ArithmeticError, ValueError) as error:  # a plan reports it, with parameters
                 value = repr(error)
             if first.setdefault(number, value) != value:
                 return f"{first[number]}, then {value}"

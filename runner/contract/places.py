@@ -11,7 +11,7 @@ from proofmass.blocks.declaration.problem import Problem
 
 
 def problem(kind: type[Block], name: str, message: str, **more: Any) -> Problem:
-    """Return a problem of what a block calls `name`, with file and line; of the block itself if it is ""."""
+    """Return a problem of what a block calls `name`, with file and line; "" is the block itself."""
     key = f"{kind.__name__}.{name}" if name else kind.__name__
     try:
         file = inspect.getsourcefile(kind) or ""

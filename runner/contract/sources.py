@@ -24,7 +24,7 @@ def start(p: Draws) -> DrawnState:
 
 @Draws.output("{unit}")
 def output(p: Draws, x: DrawnState) -> float:
-    """Number about zero: small ones more often than large ones, the largest five times the scale."""
+    """Number about zero: small ones more often than large ones, the largest five scales."""
     even = x.number / 2**30 - 1.0
     return 5.0 * p.scale * even * even * even
 
@@ -54,7 +54,7 @@ class HostileNumbers(Block):
 
 
 class HostileIntegers(Block):
-    """Integers by chance: every other one at an edge of 64 bits, of a shift, or of exact conversion."""
+    """Integers by chance: every other one at an edge of 64 bits, shifts, or exact conversion."""
 
     seed: int = param("1", "State at tick 0.", default=1, at_least=0)
     unit: str = param("", "Unit of the output.", default="1")

@@ -152,7 +152,7 @@ def ball(low: float, high: float) -> Ball:
 
 
 def arb_of(number: Any) -> Any:
-    """Return a number as Arb's; doubles and integers are exact. Raises TypeError for anything else."""
+    """Return a number as Arb's; doubles and integers are exact. Raises TypeError for others."""
     if isinstance(number, Ball):
         return number.arb
     if isinstance(number, flint.arb):

@@ -64,7 +64,7 @@ class CompactTicks(NoisyTicks):
         return True
 
     def _gather(self) -> None:
-        """Give each number that lasts one direction, and what was recorded its slopes by the first ones."""
+        """Give each number that lasts one direction, and what was recorded its slopes by these."""
         self._last.clear()
         for node, values in self.recorded.items():
             first = self._seen.get(node, 0)

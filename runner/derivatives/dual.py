@@ -34,7 +34,7 @@ NO_SLOPE = "it has a corner here, or an infinite slope"
 _BITS = "is an operation on the bits of a number that signals move"
 
 
-_Error = Callable[[Any, float], Any]  # adds the error of a rounding, of some variance, to a number in steps
+_Error = Callable[[Any, float], Any]  # adds a rounding's error, of some variance, to a number
 _ERROR: ContextVar[_Error | None] = ContextVar("error of a rounding", default=None)  # where numbers are whole
 
 
@@ -49,7 +49,7 @@ def with_errors(of: _Error) -> Iterator[None]:
 
 
 class Dual(Mantissa):
-    """A value and its slopes, a `Mantissa` too; made by `dual`, which leaves plain what has no slopes."""
+    """A value and its slopes, a `Mantissa` too; `dual` leaves plain what has none."""
 
     __slots__ = ("level", "slopes", "value")
     __hash__ = None  # type: ignore[assignment]
@@ -139,7 +139,7 @@ class Dual(Mantissa):
     # What a mantissa does in a way of its own: a rule of rounding divides, and a register holds what is in its range.
 
     def monotone(self, rule: Callable[[int], int]) -> Any:
-        """Return the number unrounded, with the error of a rule of rounding where errors are followed."""
+        """Return the number unrounded, with a rule's error where errors are followed."""
         parts, variance = dropped(rule)
         value, err = self / parts, _ERROR.get()
         return err(value, variance) if err and parts > 1 else value
@@ -155,7 +155,7 @@ class Dual(Mantissa):
         return self - (plain(self) - low) // (high - low + 1) * (high - low + 1)
 
     def left_over(self, whole: Any, scale: Any) -> Any:
-        """Return scale self / whole: the rest of a search is not rounded here. That of no length is 0."""
+        """Return scale self / whole: a search's rest is not rounded here. No length gives 0."""
         return scale * (self / whole) if plain(whole) else 0
 
     def __neg__(self) -> Any:

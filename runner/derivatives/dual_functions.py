@@ -32,7 +32,7 @@ LEVELS = (rounding.nearest_level, rounding.nearest_even_level, rounding.two_leve
 
 
 def quantises(function: Callable[..., Any]) -> bool:
-    """Return whether a function, or one that it calls, rounds by a rule of `blocks.arithmetic.rounding`."""
+    """Return whether a function, or one that it calls, rounds as `blocks.arithmetic.rounding`."""
     return reaches(function, RULES)
 
 

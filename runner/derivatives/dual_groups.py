@@ -43,9 +43,9 @@ from proofmass.runner.plan.solver import Solver
 from proofmass.runner.plan.stages import StageContext, Stages
 from proofmass.runner.reference.advance import Advance, Moment, PlainAdvance
 
-STATES = SIGNALS + 1  # level of the slopes by the states of a group, whose slopes by signals are wanted
+STATES = SIGNALS + 1  # level of the slopes by the states of a group, with slopes by signals
 _ORDERS = 2  # signals, and parameters of their slopes
-_NODES = (0.5 - math.sqrt(3.0) / 6.0, 0.5 + math.sqrt(3.0) / 6.0)  # in a tick, of Gauss and Legendre
+_NODES = (0.5 - math.sqrt(3.0) / 6.0, 0.5 + math.sqrt(3.0) / 6.0)  # in a tick (Gauss, Legendre)
 _NEAR, _FAR = 0.25 + math.sqrt(3.0) / 6.0, 0.25 - math.sqrt(3.0) / 6.0
 _ALIKE = 1e-15  # relative difference of two changes that are the same but for a factor
 _ANSWERS = 64  # that are kept
@@ -240,7 +240,7 @@ class DualAdvance(Advance):
         return ends
 
     def _driven(self, a: list[list[Any]], change: Matrix, starts: list[Any]) -> list[Any]:
-        """Return z(T), of x and z as one system that the rates of x at the start of the tick force."""
+        """Return z(T), of x and z as one system the rates of x at the start of the tick force."""
         n, wanted = len(a), repr((a, change))
         if wanted not in self._answers:
             both = [[*row, *[0.0] * n] for row in a]
@@ -305,7 +305,7 @@ class HeldAdvance(Advance):
 
 
 class IntegratedAdvance(Advance):
-    """Moves the states of one group by a tick as a run does, with the slopes of its linearisation."""
+    """Moves states of one group by a tick as a run does, with the slopes of its linearisation."""
 
     def __init__(self, plan: Plan, solver: Solver, by_parameters: bool) -> None:
         self._linear = DualAdvance(plan, solver.group, by_parameters)

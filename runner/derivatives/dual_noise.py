@@ -26,7 +26,7 @@ from proofmass.runner.plan.bindings import Binding, BufferBinding, Deviate, Stat
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import Interpreter
 
-DEVIATE, ROUNDING = "normal", "rounding error"  # stand where a port's name would: no port may be called so
+DEVIATE, ROUNDING = "normal", "rounding error"  # stand for a port's name: no port has such a name
 ONE_BIT = "error of one bit"
 _ROLES = ("update", "derivative")
 
@@ -205,7 +205,7 @@ class NoisyTicks(DualTicks):
         return bool(before == value and slopes_of(before, SIGNALS) == slopes_of(value, SIGNALS))
 
     def _rounded(self, owner: str, value: Any, rule: Callable[[Any], Any]) -> Any:
-        """The value with an error of its own; outputs that round the same value in a tick err alike."""
+        """The value with an error of its own; outputs that round one value in a tick err alike."""
         tick, given, key = self._last.get(owner, (-1, None, ("", "", 0)))
         if tick != self._memory.tick or not self._same(given, value):
             key = (owner, ROUNDING, self._counts[owner, ROUNDING])

@@ -52,7 +52,7 @@ def dual_start(plan: Filled, name: str, parameters: Any) -> tuple[Any, dict[Vect
 
 
 def dual_parameters(plan: Filled, name: str, by_parameters: bool) -> Any:
-    """The parameters of a block by name, each real one with a direction of its own where that is wanted."""
+    """The parameters of a block by name, each real one with a direction of its own if wanted."""
     block, read = plan.blocks[name], types.SimpleNamespace()
     for parameter, declared in type(block).parameters.items():
         value, key = getattr(block, parameter), f"{name}.{parameter}"

@@ -30,7 +30,7 @@ LastingPlace = tuple[str, Any, int]  # "state", "constant", "buffer" or "wire", 
 
 
 class DualTicks(Interpreter):
-    """Ticks in which `inputs` are added to what some wires carry, and replace it where the wire is cut."""
+    """Ticks that add `inputs` to what some wires carry, or replace it at a cut."""
 
     _solve_loop = staticmethod(solve_dual)
 
@@ -54,7 +54,7 @@ class DualTicks(Interpreter):
         self.recorded: dict[Endpoint, list[Any]] = {node: [] for node in outputs}
         self.injected: list[tuple[str, str, int]] = []  # in their order, which is that of time
         self.sources: list[tuple[str, str, int]] = []  # of noise, where it is not zero
-        self.quantised: dict[tuple[str, str, int], Any] = {}  # what quantisers are given, where they err
+        self.quantised: dict[tuple[str, str, int], Any] = {}  # what quantisers that err are given
         super().__init__(replace(plan, solvers=(), probes=()), seed=0, memory=memory)
         self._advances = [
             self._advance(plan, solver, integrated) for solver in plan.solvers if blocks & set(solver.group.blocks)

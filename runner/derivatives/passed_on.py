@@ -46,7 +46,7 @@ def passed_on(
 
 
 def _hides(node: ast.AST) -> bool:
-    """Return whether a part of a function may pass on what it does not name, as a list of its own does."""
+    """Return whether a function's part may pass on what it does not name, as its own lists do."""
     if isinstance(node, ast.Name):
         return node.id in ("list", "dict", "set", "bytearray")
     return isinstance(node, _HIDING) and not isinstance(getattr(node, "ctx", None), ast.Store)

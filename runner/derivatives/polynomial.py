@@ -75,7 +75,7 @@ class PolynomialBall(Ball):
 
     def __init__(self, terms: Terms) -> None:
         self.terms = terms
-        self.functions: dict[Any, Any] = {}  # of it, that were asked for: a slope asks for the value again
+        self.functions: dict[Any, Any] = {}  # asked for: a slope asks for the value again
 
     @classmethod
     def coordinate(cls, low: float, high: float, number: int) -> Any:
@@ -157,7 +157,7 @@ class PolynomialBall(Ball):
         return self.terms.get((), flint.arb(0)), PolynomialBall({key: term for key, term in self.terms.items() if key})
 
     def through(self, function: Callable[[Any], Any]) -> Any:
-        """Return a function of it, by its series about the middle: `function` takes dual numbers."""
+        """Return a function of it, by its series about the middle; `function` takes duals."""
         if function not in self.functions:
             self.functions[function] = self._series(function)
         return self.functions[function]

@@ -45,7 +45,7 @@ class RoundingError:
 
 @dataclass(frozen=True)
 class FormBounds:
-    """Bounds of a form, in steps, without which another form would follow; None where there is no bound."""
+    """Bounds of a form, in steps, without which another form would follow; None without."""
 
     form: "AffineMantissa"
     low: int | None
@@ -71,7 +71,7 @@ class AffineForms:
         return AffineMantissa(self, {AffineSymbol(kind, number): Fraction(1)}, Fraction(0), 1)
 
     def keeps(self, form: "AffineMantissa", low: int | None, high: int | None) -> None:
-        """Note a condition, together with others of the same form or of one that lies a constant apart."""
+        """Note a condition, together with others of its form or a constant apart."""
         key = frozenset(form.terms.items())
         before = self._kept.get(key, FormBounds(form, None, None, self.at))
         apart = int(before.form.constant - form.constant)
@@ -101,7 +101,7 @@ class AffineForms:
 
 
 class AffineMantissa(Mantissa):
-    """A `Mantissa` that stands for an affine form; its value is a whole number, and one of `multiple`."""
+    """A `Mantissa` that stands for an affine form; a whole number of `multiple`."""
 
     __slots__ = ("constant", "multiple", "of", "terms")
     __hash__ = None  # type: ignore[assignment]

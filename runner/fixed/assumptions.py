@@ -17,7 +17,7 @@ class Assumptions:
     def __init__(self) -> None:
         self._known: dict[Operation, Interval] = {}
         self._found: dict[Operation, Interval] = {}
-        self._first = NEVER  # number of the first operation with an assumption: no earlier one depends on it
+        self._first = NEVER  # number of the first operation with one: none earlier depends on it
 
     def clear(self) -> None:
         """Assume nothing."""
@@ -73,7 +73,7 @@ class Assumptions:
         low = before[0] if low is None else max(low, before[0])
         high = before[1] if high is None else min(high, before[1])
         if low > high or (low, high) == before or operation.kind == "constant":
-            return  # an empty interval: the assumptions contradict each other, and this path is never taken
+            return  # an empty interval: assumptions contradict each other: never taken
         self._known[operation] = low, high
         self._first = min(self._first, operation.number)
         self._found = {}

@@ -1,4 +1,4 @@
-"""Exact intervals: the least and the greatest result of an operation for operands of given intervals."""
+"""Exact intervals: the least and the greatest result of an operation for given intervals."""
 
 from collections.abc import Callable
 from functools import lru_cache
@@ -31,7 +31,7 @@ def corners(evaluate: Callable[..., int], *operands: Interval) -> Interval:
 
 
 def comparison(test: Callable[[int, int], bool], a: Interval, b: Interval) -> Interval:
-    """Interval of < or <=: it holds always if it does where the operands are nearest to the contrary."""
+    """Interval of < or <=: always true if it is where operands are nearest the contrary."""
     return int(test(a[1], b[0])), int(test(a[0], b[1]))
 
 
@@ -62,7 +62,7 @@ def conjunction(evaluate: Callable[[int, int], int], a: Interval, b: Interval) -
         a, b = b, a
     mask = b[0]
     if b[0] == b[1] >= 0 and mask & (mask + 1) == 0 and not (a in _TRUTHS and b in _TRUTHS):
-        one_block = a[0] | mask == a[1] | mask  # the bits above the mask are the same in the whole interval
+        one_block = a[0] | mask == a[1] | mask  # bits above the mask are the same in it
         return (a[0] & mask, a[1] & mask) if one_block else (0, mask)
     return bitwise(evaluate, a, b)
 
@@ -98,7 +98,7 @@ def _extreme(evaluate: Callable[[int, int], int], a: Interval, b: Interval, *, g
 
 
 def _bits(interval: Interval, place: int, held: tuple[bool, ...], *, is_sign: bool) -> list[tuple[int, bool, bool]]:
-    """Bits that a number of the interval may have in a place, and whether each bound still holds it then."""
+    """Bits that an interval's number may have in a place, and whether each bound still holds it."""
     at_low, at_high = held
     low, high = ((end >> place) & 1 for end in interval)
     ends = []

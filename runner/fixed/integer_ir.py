@@ -33,7 +33,7 @@ class SourceLine(NamedTuple):
 
 
 class TraceError(ModelError):
-    """A step function cannot become integer code; the problem names the line, the range and the remedy."""
+    """A step function cannot become integer code; the problem has line, range and remedy."""
 
     def __init__(
         self, message: str, place: SourceLine | None, *, got: str = "", expected: str = "", hint: str, key: str = ""
@@ -46,7 +46,7 @@ class TraceError(ModelError):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Operation:
-    """One value of the step: an operation on earlier values, and the least and the greatest it can be."""
+    """One value of the step: an operation on earlier ones, and its least and greatest."""
 
     number: int  # in the order of making: operands have smaller ones
     kind: OperationName
@@ -85,7 +85,7 @@ class IntegerProgram:
         return self._operation("constant", (), value, value)
 
     def input(self, name: str, low: int, high: int) -> Operation:
-        """The operation of an argument's number, which is within the interval whenever the step runs."""
+        """The operation of an argument's number, within the interval whenever the step runs."""
         if low == high:
             return self.constant(low)
         return self._operation("input", (), low, high, name)
@@ -101,7 +101,7 @@ class IntegerProgram:
         return self._operation("narrow", (whole,), low, high)
 
     def make(self, kind: OperationName, *operands: Operation) -> Operation:
-        """Return the operation on these operands, folded where its value or one like it is known."""
+        """Return the operation on these operands, folded where such a value is known."""
         if OPERATIONS[kind].commutative and operands[0].number > operands[1].number:
             operands = operands[::-1]
         known = self._folded(kind, operands)

@@ -59,7 +59,7 @@ class OperationKind:
     adder: bool = False  # in hardware a carry chain
     comparison: bool = False  # the result is 0 or 1; its text in Python is a truth value
     neutral: int | None = None  # the second operand with which the first is the result; where commutative, either
-    of_equals: int | Literal["operand"] | None = None  # the result where both operands are the same value
+    of_equals: int | Literal["operand"] | None = None  # the result of equal operands
 
     def in_verilog(self, *operands: str) -> str:
         """The text in Verilog."""

@@ -146,12 +146,12 @@ class Signal(Mantissa):
         return Signal(self._tracer, self._tracer.cut(self.operation))
 
     def monotone(self, rule: Callable[[Any], Any]) -> "Signal":
-        """The value of a rule that never decreases, with the interval between its values at both ends."""
+        """The value of a rule that never decreases, with the interval of its ends."""
         low, high = self._tracer.bounds(self.operation)
         errors = self._tracer.errors
         before = dict(errors)
         operation = self._tracer.operation(rule(self))
-        errors.clear()  # of the shifts within a rule the last one drops, by the variance of the rule
+        errors.clear()  # of shifts within a rule the last one drops, by the variance of the rule
         errors.update(before)
         if operation.kind == "shift_right":
             errors[operation] = dropped(rule)[1]
@@ -203,7 +203,7 @@ class Tracer:
         return results
 
     def decide(self, condition: Operation) -> bool:
-        """The outcome of a condition on this path; where both are possible, the script's, or else True."""
+        """Outcome of a condition on this path; if both are possible, the script's, else True."""
         low, high = self._assumptions.interval(condition)
         if low > 0 or high < 0 or low == high:
             return low != 0

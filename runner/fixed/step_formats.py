@@ -70,7 +70,7 @@ def leaves(formats: Formats, text: str) -> Iterator[tuple[Format, str]]:
 
 
 def parts(formats: Formats, text: str) -> Iterator[str]:
-    """Yield the expressions that read the entries of a NamedTuple, a tuple or a list called `text`."""
+    """Yield the expressions that read entries of a NamedTuple, tuple or list called `text`."""
     if hasattr(formats, "_fields"):
         return (f"{text}.{name}" for name in formats._fields)
     return (f"{text}[{i}]" for i in range(len(formats)))

@@ -17,7 +17,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class ForkedAnswer:
-    """Outcome of a call: an answer, or none where the function raised an exception or its process died."""
+    """Outcome of a call: an answer, or none if it raised an exception or its process died."""
 
     place: Any  # of the call, as it was begun
     value: Any = None

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM as a flag that a loop checks between chunks, instead of an exception within one."""
+"""Ctrl-C and SIGTERM as a flag a loop checks between chunks, instead of an exception within one."""
 
 import signal
 import threading

@@ -99,7 +99,7 @@ class CarriedLoop:
         return (kinds.get(ParameterOf(*node)) or kinds[ConstantOf(*node)])[1]
 
     def _wires(self) -> Iterator[dict[str, Any]]:
-        """The scalar outputs that the loop keeps, by their names in the flat graph, and where they stand."""
+        """The scalar outputs that the loop keeps, by names in the flat graph, and their places."""
         kinds = self.written.memory.kinds
         for name, block in self.plan.blocks.items():
             for port, declared in type(block).outputs.items():

@@ -48,7 +48,7 @@ class Envelope:
         self.done += len(numbers)
 
     def as_data(self, period: float) -> dict[str, Any]:
-        """Return a picture as the page draws it: two points in order for each stretch that has begun."""
+        """Return a picture as the page draws it: two points in order for each stretch begun."""
         begun = np.isfinite(self.low) & np.isfinite(self.high)
         edges = np.arange(self.pixels + 1) * self.rows / self.pixels * period
         x = np.stack([edges[:-1], (edges[:-1] + edges[1:]) / 2.0], axis=1)[begun]

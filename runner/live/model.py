@@ -117,7 +117,7 @@ def _exact(factors: Mapping[str, Fraction]) -> dict[str, list[str]]:
 
 
 def live_part(graph: Graph, model: dict[str, Any]) -> LivePart:
-    """The part of a page that carries a model and runs it. Without scripts nothing of it is seen."""
+    """The part of a page that carries a model and runs it. Without scripts it is not seen."""
     carried = json.dumps(model | {"drawings": _drawings(graph)}, allow_nan=False).replace("<", "\\u003c")
     html = (
         f'<section id="live" hidden aria-label="{escape(model["name"])}, live"></section>\n'

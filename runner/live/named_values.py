@@ -26,7 +26,7 @@ _SAME_BITS = frozenset(("+", "-", "*", "/", "negative", "sqrt", "abs", "min", "m
 
 @dataclass(frozen=True)
 class PageFormula:
-    """One formula: its target, a value or a parameter by its path, and the factor of the target's unit."""
+    """One formula: its target, a value or parameter by path, and the factor of its unit."""
 
     target: str
     tree: Any  # plain data

@@ -1,4 +1,4 @@
-"""Values of sliders in the graph file itself: comments and layout stay, and each save can be undone."""
+"""Values of sliders in the graph file itself: comments and layout stay, saves can be undone."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -22,7 +22,7 @@ class Saving:
         return len(self._done)
 
     def save(self, changes: Mapping[str, float | int | str]) -> None:
-        """Write parameters into the file; raises `ModelError` where one cannot be edited in place."""
+        """Write parameters into the file; raises `ModelError` if one cannot be edited."""
         before = self.path.read_bytes()
         try:
             after = edited(before.decode(), changes, str(self.path)).encode()
@@ -33,7 +33,7 @@ class Saving:
         self._done = [*self._done, (before, after)][-_MOST:]
 
     def undo(self) -> None:
-        """Take back the last save; raises `ModelError` if the file has been written by others since."""
+        """Take back the last save; raises `ModelError` if others have written the file since."""
         if not self._done:
             return
         before, after = self._done[-1]

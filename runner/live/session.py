@@ -29,7 +29,7 @@ _VERDICTS = "verdicts"  # a question without a tab
 _LONGEST_TEXT = 100  # of an integer or a choice
 
 
-Background = Callable[[Tell, threading.Event], None]  # tells windows how it goes on, until the event is set
+Background = Callable[[Tell, threading.Event], None]  # tells windows how it goes on until the event
 
 
 class Session:
@@ -78,7 +78,7 @@ class Session:
                 self._graph, self._shown = graph, shown
             self._tell(shown if shown and not problems else {"kind": "problems", "problems": self._problems})
         if not problems and graph is not None:
-            diagram = {"kind": "diagram", "svg": svg(graph)}  # after the traces, for which people wait
+            diagram = {"kind": "diagram", "svg": svg(graph)}  # after the traces people wait for
             with self._lock:
                 self._diagram = diagram
                 self._tell(diagram)
@@ -180,7 +180,7 @@ class Session:
             self._listeners.discard(heard)
 
     def set_state(self, data: object) -> bool:
-        """Take over what one window has set, and tell the others; return False if it is not a state."""
+        """Take what one window has set, tell the others; return False if it is not a state."""
         state = read_state(data)
         if state is None or not isinstance(data, dict):
             return False
@@ -259,7 +259,7 @@ def read_state(data: object) -> dict[str, Any] | None:
 
 
 def quantity(slider: Mapping[str, Any], value: float) -> float | str:
-    """Return a value of a slider as the file has it: a number, or a text with the unit that it has there."""
+    """Return a slider's value as the file has it: a number, or a text with its unit there."""
     top, bottom = slider["factor"]
     number = decimal_in(value, Fraction(int(top), int(bottom)))
     return value if slider["shown"] == "1" else f"{number} {slider['shown']}"

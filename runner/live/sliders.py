@@ -1,4 +1,4 @@
-"""The parameters that a page can change: their ranges, and what the command line is told about them."""
+"""The parameters a page can change: their ranges, and what the command line is told about them."""
 
 import math
 from collections.abc import Iterator
@@ -26,7 +26,7 @@ LOGARITHMIC = 1.5  # decades that a range spans from where a slider is logarithm
 
 @dataclass(frozen=True)
 class Slider:
-    """A number of a block, with the range that its slider has and the bounds that its field keeps."""
+    """A number of a block, with the range its slider has and the bounds that its field keeps."""
 
     block: str
     parameter: str
@@ -40,7 +40,7 @@ class Slider:
     at_least: float | None = None
     below: float | None = None
     at_most: float | None = None
-    named: bool = False  # a named value, in coherent units; the block is the subgraph that it belongs to
+    named: bool = False  # a named value, in coherent units; the block is the subgraph it belongs to
     written: str = ""  # as in the file, "20 ug"; empty for a number or a default
     drawn: str = ""  # as the diagram has it
 
@@ -68,7 +68,7 @@ class Slider:
 
 @dataclass(frozen=True)
 class FixedParameter:
-    """A parameter that a page shows and cannot change: it fixes a size, a start, a format or a choice."""
+    """A parameter that a page shows and cannot change: it fixes a size, start, format or choice."""
 
     block: str
     parameter: str

@@ -22,7 +22,7 @@ _MOST = 5000  # values of a histogram
 
 
 def live_study(path: Path, read: Callable[[], Study]) -> Background:
-    """Return what runs the study of a file, more and more runs of it, until it is done or stopped."""
+    """Return what runs the study of a file, more and more of it, until it is done or stopped."""
 
     def background(tell: Tell, stop: threading.Event) -> None:
         try:

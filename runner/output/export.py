@@ -212,7 +212,7 @@ def _write_axis(data: Any, dimension: str, traces: list[Trace], guarded: _Guarde
         variable = data.create_variable(trace.signal, (dimension, *entries), np.int8 if logical else trace.values.dtype)
         variable.attrs.update(trace.facts)
         if logical:
-            variable.attrs["dtype"] = "bool"  # as xarray writes and reads it: netCDF has no type for it
+            variable.attrs["dtype"] = "bool"  # as in xarray: netCDF has no type for it
         for first, last in pieces(rows, trace.entries):
             guarded.check()
             variable[first:last] = trace.values[first:last]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _COLOURS = {INK: "var(--ink)", GRID: "var(--rule)", PAPER: "none", BLUE: "var(--blue)", ORANGE: "var(--orange)"}
 _MARKERS = re.compile(r'(?:<use xlink:href="#\w+" x="[-\d.]+" y="[-\d.]+" (style="[^"]*")/>\s*)(?:<use [^>]*\1/>\s*)+')
 _SHORT = 8  # letters of names that need no room to break
-_TAG, _DIGITS = re.compile("<[^>]*>"), re.compile(r"(\d\.\d\d)\d+")  # hundredths of a point place anything
+_TAG, _DIGITS = re.compile("<[^>]*>"), re.compile(r"(\d\.\d\d)\d+")  # 0.01 point suffices
 
 
 class LivePart(NamedTuple):

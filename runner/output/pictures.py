@@ -149,7 +149,7 @@ def svg_of(figure: "Figure", **style: Any) -> str:
 
 
 def figure_kind(path: str | Path) -> str:
-    """Return the kind of picture that a file's ending names; raises `ValueError` for an unknown ending."""
+    """Return the kind of picture of a file's ending; raises `ValueError` for an unknown one."""
     kind = Path(path).suffix.lower().removeprefix(".")
     if kind not in _NO_DATE:
         raise ValueError(f"cannot draw {Path(path).name}: {did_you_mean(kind, _NO_DATE, 'the endings')}")

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 MOST_PANELS = 40
 _FEW = 300  # rows up to which held signals are drawn as steps
 _DOTTED = 120  # rows up to which each has a dot
-_BAND = 0.25  # mean height of a stretch, over that of the picture, above which a line would look like a band
+_BAND = 0.25  # mean height of a stretch, by the picture's, above which a line looks like a band
 _MANY = 120  # crossings of the middle from which on a line is a band
 _DETAIL = 0.24  # part of the width that shows the last rows of a band
 _TURNS, _FEWEST, _LOOKED_AT = 6, 30, 20_000  # turns of a signal that are shown, fewest rows, rows that are looked at
@@ -77,7 +77,7 @@ def _figure(traces: Sequence[Trace], title: str, held: Callable[[Trace], bool]) 
 
 
 def save_plot(result: Result, path: str | Path) -> Path:
-    """Write the plot; the name ends in .svg, .png or .pdf. Raises `ValueError` for another ending."""
+    """Write the plot; it ends in .svg, .png or .pdf. Raises `ValueError` for another ending."""
     return save_figure(plot_traces(result), path)
 
 
@@ -247,7 +247,7 @@ def _first_not_zero(values: AnyArray) -> int:
 
 
 def _held(result: Result, trace: Trace) -> bool:
-    """Return whether a signal holds its value between ticks: numbers of a discrete block, codes and bits."""
+    """Return whether a signal holds its value between ticks: discrete numbers, codes and bits."""
     block = flatten(result.graph).blocks.get(split(inside(result.graph, trace.signal))[0])
     return holds(block, trace.values.dtype.kind in "iub")
 

@@ -43,7 +43,7 @@ class Time:
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """Ticks of a block since its first one: base ticks after `phase` over `divisor`, rounded down."""
+    """Ticks of a block since its first: base ticks after `phase` over `divisor`, rounded down."""
 
     divisor: int
     phase: int = 0
@@ -84,9 +84,9 @@ Binding: TypeAlias = StateBinding | Parameters | Out | Time | Tick | Deviate | B
 
 
 def bindings(schedule: Schedule, block: Block, name: str, port: str, behaviour: Behaviour) -> Iterator[Binding]:
-    """Yield the binding of each argument of a function; the constants, its first argument, have none.
+    """Yield the binding of each argument of a function; constants, the first argument, have none.
 
-    `name` is that of the block in its graph, `port` the output that the function computes, if it does.
+    `name` is that of the block in its graph, `port` the output the function computes, if it does.
     """
     for argument, meaning in zip(behaviour.arguments, behaviour.meanings, strict=True):
         yield bound(schedule, block, name, port, argument, meaning)

@@ -40,7 +40,7 @@ def start_of(block: Block, buffers: Mapping[str, list[float]], period: float) ->
 
 
 def typed(values: Any) -> Any:
-    """Return a NamedTuple with each field converted to its declared type, as in the compiled loop."""
+    """Return a NamedTuple, each field converted to its declared type, as in the compiled loop."""
     if values is None:
         return None
     kinds = type(values).__annotations__.values()

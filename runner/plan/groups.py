@@ -79,7 +79,7 @@ def find_groups(graph: FlatGraph, schedule: Schedule) -> tuple[Group, ...]:
 
 
 def sources(graph: FlatGraph, schedule: Schedule) -> tuple[Endpoint, ...]:
-    """Outputs that follow from the time alone, in order: their next value is known one tick ahead."""
+    """Outputs that follow from the time alone, in order: the next value is known a tick ahead."""
     sources: dict[Endpoint, None] = {}
     for node in outputs_of(schedule.order):
         follows = analogue(graph, node[0]) and schedule.divisors[node[0]] == 1
@@ -112,7 +112,7 @@ class _Wiring:
         self.moving = with_following(first, lambda node: follow.get(node, ()))
 
     def needed(self, blocks: Iterable[str]) -> set[OutputStep]:
-        """All nodes on which derivatives and events of blocks depend within an instant, and the inputs."""
+        """Nodes on which derivatives and events of blocks depend in an instant, and the inputs."""
         own = [node for name in blocks for node in self._of_block(name)]
         return with_following(own, lambda n: _needs(self.graph, self.schedule, n) if n in self.moving else ())
 

@@ -89,7 +89,7 @@ def _hidden_block(graph: FlatGraph, name: str, measure: Measure, unit: str, cloc
 
 
 def planned_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[PlannedMeasure, ...]:
-    """Return the output from which each measure of a flat graph with hidden blocks is read after a run."""
+    """Return the output to read each measure of a flat graph with hidden blocks from."""
     measures = []
     for name, measure in graph.measures.items():
         statistic, node = STATISTICS[measure.statistic], split(measure.signal)
@@ -118,7 +118,7 @@ def measured(plan: Plan, memory: Memory) -> dict[str, Measured]:
 def derived_values(
     plan: Plan, measures: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly
 ) -> tuple[Any, ...]:
-    """Values of the measures that follow from others; `apply` computes with numbers or with arrays."""
+    """Values of the measures that follow from others; `apply` computes with numbers or arrays."""
     known = dict(measures)
     for derived in plan.derived:
         known[derived.name] = derived.value(known, apply)
@@ -126,14 +126,14 @@ def derived_values(
 
 
 def planned_derived(plan: Plan) -> tuple[PlannedMeasure, ...]:
-    """Describe measures given by formulas like those of signals, for studies; the loop reads neither."""
+    """Describe measures given by formulas as signals have, for studies; the loop reads neither."""
     return tuple(
         PlannedMeasure(d.name, d.formula.text, FORMULA, d.unit, ("", ""), False, 0, d.shown_in) for d in plan.derived
     )
 
 
 def value_of(plan: Plan, measure: PlannedMeasure, memory: Memory) -> float:
-    """Value of one measure: the output of its block for the last state, or the last value of the wire."""
+    """Value of one measure: its block's output for the last state, or the wire's last value."""
     name, port = measure.node
     if memory.tick <= measure.first:
         return math.nan

@@ -1,4 +1,4 @@
-"""Everything that changes during a run, as one value: engines start from it, checkpoints store it."""
+"""Everything that changes in a run, as one value: engines start from it, checkpoints store it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -67,7 +67,7 @@ class Engine(Protocol):
         ...
 
     def snapshot(self) -> Callable[[], Memory]:
-        """Keep the present values, and return a function that makes a `Memory` of them when asked."""
+        """Keep the present values, and return a function that makes a `Memory` of them."""
         ...
 
 

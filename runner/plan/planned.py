@@ -182,7 +182,7 @@ class Plan(Filled):
     solvers: tuple[Solver, ...]
     probes: tuple[PlannedProbe, ...]  # by name, whatever their order in the graph
     measures: tuple[PlannedMeasure, ...]  # by name
-    derived: tuple[Derived, ...] = ()  # measures that follow from these, each after those that it needs
+    derived: tuple[Derived, ...] = ()  # measures that follow from these, each after those it needs
 
     def same_sizes(self, other: "Plan") -> bool:
         """Return whether the loop of this plan can run another plan that differs in parameters alone.

@@ -1,4 +1,4 @@
-"""The rates of a continuous group at a point, and the matrices that move a linear group by a tick."""
+"""The rates of a continuous group at a point, and the matrices that move linear ones by a tick."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

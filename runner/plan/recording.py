@@ -27,7 +27,7 @@ _HEAD = re.compile(r"(?P<name>.*?)(?:\s+\[(?P<unit>[^][]*)\]|\[(?P<tight>[^][]*[
 
 
 class Column(NamedTuple):
-    """One column of a recording: its name without unit, its unit or "", and its numbers, all finite."""
+    """One column of a recording: name without unit, unit or "", and numbers, all finite."""
 
     name: str
     unit: str
@@ -39,7 +39,7 @@ Choice = Callable[[Sequence[str]], tuple[int, int]]  # of two columns, from the 
 
 
 class RecordingError(ValueError):
-    """A recording cannot be played; holds the line, if there is one, and the parameter to look at."""
+    """A recording cannot be played; holds the line, if any, and the parameter to look at."""
 
     def __init__(self, message: str, line: int = 0, hint: str = "", parameter: str = "file") -> None:
         super().__init__(message)

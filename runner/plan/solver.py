@@ -8,7 +8,7 @@ from proofmass.runner.continuous.methods import EXPLICIT
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.keys import LargestOf
 
-SHARE = {"dormand_prince": 0.003, "radau": 0.1}  # of the accuracy, that the error of one step may have
+SHARE = {"dormand_prince": 0.003, "radau": 0.1}  # of the accuracy, for one step's error
 FINEST = 1e-15  # below which rounding alone decides
 
 

@@ -49,7 +49,7 @@ class _Call(NamedTuple):
 class Stages:
     """A group's functions of (context, time, states), states being a flat sequence of floats."""
 
-    _solve_loop = staticmethod(solve_in_place)  # on the values of an instant; whether there is a solution
+    _solve_loop = staticmethod(solve_in_place)  # of an instant; whether solved
 
     def __init__(
         self, blocks: Mapping[str, Block], schedule: Schedule, group: Group, periods: Callable[[str], float]

@@ -50,7 +50,7 @@ def plan(graph: GraphSource, *, wide: bool = False, recordings: Recordings = NO_
     largest: dict[VectorOf, tuple[float, ...]] = {
         solver.largest: (0.0,) * len(solver.group.states) for solver in solvers if solver.tolerance
     }
-    named = sorted(zip(graph.probes, flat.probes, strict=True))  # by the names that they have in the graph
+    named = sorted(zip(graph.probes, flat.probes, strict=True))  # by the names in the graph
     return Plan(
         graph=flat,
         schedule=order,
@@ -133,7 +133,7 @@ def _made(
 
 
 def _numbers_of(prepared: Mapping[str, _Made]) -> dict[str, Any]:
-    """Return the constants, starts, buffers and digital forms of some blocks, by their fields of a plan."""
+    """Return the constants, starts, buffers and digital forms of some blocks, by plan fields."""
     return {
         "constants": {name: block.constants for name, block in prepared.items()},
         "starts": {name: block.start for name, block in prepared.items()},

@@ -1,4 +1,4 @@
-"""Choice of a solver for each group of continuous blocks: exact if it is linear, otherwise in steps."""
+"""Choice of a solver for each group of continuous blocks: exact if linear, otherwise in steps."""
 
 import math
 import operator
@@ -128,7 +128,7 @@ class _Choice:
         return self._steepest(lambda states: rates_at(self.stages, constants, [*states, *inputs], wires))
 
     def _slopes(self, rates: Callable[[list[float]], list[float]], above: float, below: float) -> Matrix:
-        """Slopes by differences between two points about the start, at parts of a small step from it."""
+        """Slopes by differences between points about the start, at parts of a small step."""
         columns = []
         for j, value in enumerate(self.start):
             nudge = 1e-6 * abs(value) or 1e-12

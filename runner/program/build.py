@@ -60,7 +60,7 @@ class Builder:
         return variable
 
     def function(self) -> form.Function:
-        """Return the function. One with results returns zeros at its end, if that end can be reached."""
+        """Return the function. One with results returns zeros at its end, if reached."""
         results = self._results or ()
         if results and not always_returns(self._body):
             self._body.append(form.Return(tuple(zero(kind) for kind in results), self.line))

@@ -20,7 +20,7 @@ class DigitalWriter:
 
     def __init__(self, frame: Frame, refused: Variable) -> None:
         self.frame, self.plan, self.refused = frame, frame.plan, refused
-        self.dropping: Function | None = None  # through which passes what shifts drop, as `call_step` says
+        self.dropping: Function | None = None  # which shifts' drops pass, see `call_step`
         self.counted = [name for name, block in self.plan.digital.items() if block.overflows]
         self.counts: dict[str, Variable] = {}
         self._lost = {name: frame.builder.variable(INTEGER, f"{word(name)}_overflow") for name in self.counted}

@@ -1,4 +1,4 @@
-"""The typed program: Python functions and plans are lowered into it, and every target prints from it.
+"""The typed program: functions and plans are lowered into it, and targets print from it.
 
 A program is structured: functions of statements, `If`, `For`, `While`; no jumps but `Break`,
 `Continue` and `Return`. One statement computes a `Value`, once; only later statements read it, in
@@ -287,7 +287,7 @@ class Function:
     variables: list[Variable] = field(default_factory=list)
     origin: str = ""  # Python function that it comes from, for readers
     inline: bool = False  # whether targets inline it
-    apart: bool = False  # whether targets never inline it: it is a part of a function that was too long
+    apart: bool = False  # whether targets never inline it: part of a function too long
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,7 @@ class WritesTick(Protocol):
         ...
 
     def lose(self, nothing: Operand) -> None:
-        """Make the tick's check NaN from here on if a number is NaN; the number is zero otherwise."""
+        """Make the tick's check NaN from here on if a number is NaN; else the number is zero."""
         ...
 
 
@@ -196,7 +196,7 @@ class ExactGroup(GroupWriter):
         self.factors = [self.builder.load(self.matrix, place) for place in range(places)]
 
     def _still(self, constants: Lowered, inputs: Sequence[Any]) -> GroupContext:
-        """Context in which nothing moves: with it the rates of unit states and inputs are computed."""
+        """Context in which nothing moves: the rates of unit states and inputs are computed."""
         zero = operand(0.0)
         still = (zero,) * len(self.group.ramps), (zero,) * len(self.group.guesses)
         return GroupContext(constants, (zero,) * len(inputs), *still, zero, self.work())

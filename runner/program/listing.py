@@ -35,7 +35,7 @@ def _listed(function: form.Function) -> "ListedFunction":
 
 
 class ListedFunction:
-    """Text of one function; a value that is read once is written inside the expression that reads it."""
+    """Text of one function; values read once stand in the expression that reads them."""
 
     bracketed: Collection[str] = _INFIX  # operations whose texts stand in brackets inside others
     nothing: Sequence[str] = ("    pass",)
@@ -44,7 +44,7 @@ class ListedFunction:
     def __init__(self, function: form.Function, reserved: Collection[str]) -> None:
         self.function, self.names = function, ProgramNames(reserved)
         self.parts = used_once(function.body)
-        self.written: dict[form.Value, str] = {}  # expressions that wait for the statement that reads them
+        self.written: dict[form.Value, str] = {}  # expressions that wait for their readers
         self.told: form.Line | None = None
 
     def lines(self) -> Iterator[str]:

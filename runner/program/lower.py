@@ -28,7 +28,7 @@ ScopePlace = tuple[int, ...]  # of a list of statements within those that it lie
 
 
 class LoweredFunction(NamedTuple):
-    """A function of a program, the structure of its result by kinds, and all that it read from outside."""
+    """A function of a program, its result's structure by kinds, and all it read outside."""
 
     function: Function
     result: Lowered

@@ -1,4 +1,4 @@
-"""Calls of Python's own functions, of `math`, of NamedTuples, and of functions that are lowered too."""
+"""Calls of Python's own functions, of `math`, of NamedTuples, and of lowered functions."""
 
 import ast
 import inspect

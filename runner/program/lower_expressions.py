@@ -41,7 +41,7 @@ from proofmass.runner.program.structure import (
 )
 
 FAULT = "fault"
-_DEAR = {"divide", "square_root", "floor_divide", "modulo"}  # operations too slow to be done in vain
+_DEAR = {"divide", "square_root", "floor_divide", "modulo"}  # too slow to be done in vain
 _MANY = 12  # statements that must not run in vain
 
 
@@ -56,12 +56,12 @@ class WiderError(Exception):
 class LoweredExpressions:
     """Reads expressions of one function."""
 
-    checked: Mapping[str, Checked] = {}  # operations that may fail, by their names in a function of a user
+    checked: Mapping[str, Checked] = {}  # operations that may fail, by name in a user's function
     fault: Variable | None = None  # whether anything failed
 
     def __init__(self, builder: Builder, function: types.FunctionType, local: frozenset[str]) -> None:
         self.builder, self.function, self.local = builder, function, local
-        self.names: dict[str, Lowered] = {}  # of the function's variables; what changes is a `Variable`
+        self.names: dict[str, Lowered] = {}  # of its variables; what changes is a `Variable`
         self.read: list[tuple[Any, str, Any]] = []  # values from outside: owner, name, value
         self.functions: list[str] = []  # names of those that it calls
         self.natural: set[Value] = set()  # integers that are not negative

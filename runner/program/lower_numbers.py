@@ -53,7 +53,7 @@ def as_kind(builder: Builder, value: Operand, kind: Kind) -> Operand:
     match value.kind, kind:
         case (Kind.INTEGER, Kind.FLOAT):
             rounded = builder.wholes.get(value) if isinstance(value, Value) else None
-            if rounded:  # as in Python, also if 64 bits do not hold the integer; an integer has no -0.0
+            if rounded:  # as Python does, also beyond 64 bits; an integer has no -0.0
                 return builder.compute("add", builder.compute(*rounded), 0.0)
             return builder.compute("float_of_integer", value)
         case (Kind.TRUTH, Kind.FLOAT):

@@ -170,7 +170,7 @@ class LoweredStatements(LoweredCalls):
             self.block(node.body)
 
     def _stepped(self, node: ast.For, first: Operand, last: Operand, step: Operand) -> None:
-        """A loop over a range whose step is not known: it counts turns and computes the place from them."""
+        """A loop over a range whose step is not known: it counts turns and computes the place."""
         upwards = self.builder.compute("less_integers", 0, step)
         span = self.builder.compute(
             "select",

@@ -9,7 +9,7 @@ _NAMELESS = "t"
 
 
 class ProgramNames:
-    """A different name for each thing that is asked for: its name in the program if that is free."""
+    """A different name for each thing asked for: its name in the program if that is free."""
 
     def __init__(self, reserved: Collection[str] = ()) -> None:
         self._counts = dict.fromkeys(reserved, 1)

@@ -71,7 +71,7 @@ class RunNumbers:
 
     def complete(self, entry: Function) -> Function:
         """Complete the function of all ticks: split if it is long; otherwise all that moves is in local variables."""
-        for name, flag in ((FLOATS, self.not_finite), (INTEGERS, self.refused)):  # in scratch places
+        for name, flag in ((FLOATS, self.not_finite), (INTEGERS, self.refused)):  # in scratch
             self._places[flag] = self.moving[name], self.memory.counts[name]
         used = None if self.lanes else in_parts(entry, self._places, self.scratch_array, self.scratch_used)
         if used is None:

@@ -16,7 +16,7 @@ _known: "WeakKeyDictionary[Function, Outline]" = WeakKeyDictionary()
 
 
 class Outline(NamedTuple):
-    """The number of a function's statements, and what it calls, each with whether that is in a branch."""
+    """The number of a function's statements, and what it calls, and whether in a branch."""
 
     size: int
     calls: tuple[tuple[Function, bool], ...]

@@ -236,7 +236,7 @@ def _begin(direction: int, moved: _Several, slopes: _Several, before: _Several, 
 
 
 def _keep(rows: Any, place: int, slopes: _Several, kept: Any, ends: Any, events: Any, most: int) -> None:
-    """Keep the slopes of a tick, those at its events, and whether matrices have some, from a place on."""
+    """Keep the slopes of a tick, those at its events, and if matrices have, from a place on."""
     first = 0
     for k, slope in enumerate(slopes):
         for i in range(first, ends[k]):

@@ -14,13 +14,13 @@ FLOATS, INTEGERS = "numbers", "integers"
 
 @dataclass
 class Slots(Generic[K]):
-    """Numbers in two arrays, one of floats and one of integers; truth values are among the integers."""
+    """Numbers in two arrays, one of floats and one of integers; truth values count as integers."""
 
     kinds: dict[K, tuple[type, int]] = field(default_factory=dict)
     counts: dict[str, int] = field(default_factory=lambda: {FLOATS: 0, INTEGERS: 0})
 
     def add(self, key: K, kind: type) -> tuple[str, int]:
-        """Add a place for one number and return it: the array and the index. Raises `DuplicateKeyError`."""
+        """Add a place for a number; return its array and index. Raises `DuplicateKeyError`."""
         if key in self.kinds:
             raise DuplicateKeyError(key)
         name = array_of(kind)

@@ -53,7 +53,7 @@ def named(value: tuple[Lowered, ...]) -> list[tuple[str, Lowered]]:
 
 
 def shape_of(value: Lowered) -> Hashable:
-    """Key by which a function is lowered: the same for arguments of the same structure and kinds."""
+    """Key by which a function is lowered: the same for arguments of one structure and kinds."""
     if isinstance(value, tuple):
         return type(value), tuple(map(shape_of, value))
     if isinstance(value, Value | Immediate):

@@ -74,7 +74,7 @@ class SlopeArithmetic:
 
 
 class TangentStep(NamedTuple):
-    """An operation or a call in a function that is being written: operands, their slopes, and its result."""
+    """An operation or a call in a function being written: operands, their slopes, its result."""
 
     slopes: SlopeArithmetic
     beside: Sequence[form.Storage]  # arrays that rules may use

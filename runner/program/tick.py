@@ -178,7 +178,7 @@ class TickWriter:
         self.frame.periods[name] = self.numbers.constant(PeriodOf(name), float, plan.block_period(name))
 
     def check_constants(self) -> None:
-        """Note faults in constants that follow from varied parameters, and constants that are not finite."""
+        """Note faults in constants from varied parameters, and constants that are not finite."""
         for made in self.checks:
             self.fault(made)
             for value in made.value:
@@ -257,7 +257,7 @@ class TickWriter:
         self.lose(self.builder.compute("subtract", value, value))
 
     def lose(self, nothing: Operand) -> None:
-        """Make the tick's check NaN from here on if a number is NaN; the number is zero otherwise."""
+        """Make the tick's check NaN from here on if a number is NaN; else the number is zero."""
         total = self.builder.compute("add", self.builder.get(self.numbers.not_finite), nothing)
         self.builder.set(self.numbers.not_finite, total)
 

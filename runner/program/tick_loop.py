@@ -24,7 +24,7 @@ class TickLoop:
     memory: Slots[Moving]
     vectors: tuple[VectorOf, ...]  # buffers and wires with a shape, in the order of the arguments
     vector_kinds: tuple[type, ...]
-    scratch: int  # scratch floats: NaN before the first call of a run, kept from call to call afterwards
+    scratch: int  # scratch floats: NaN before the first call of a run, then kept
 
 
 def settled_before(plan: Plan, varied: Collection[Endpoint]) -> frozenset[str]:
@@ -54,7 +54,7 @@ def vectors_of(plan: Plan) -> Iterator[tuple[VectorOf, tuple[type, int]]]:
 
 
 def bytes_of_a_run(plan: Plan) -> int:
-    """About how much memory a tick of a run goes through: constants, states, wires and what they keep."""
+    """About how much memory a tick of a run goes through: constants, states, wires, kept values."""
     states: list[Any] = [type(block).state_class() for block in plan.blocks.values()]
     numbers = sum(len(values) for values in plan.constants.values() if isinstance(values, tuple))
     numbers += sum(len(made._fields) for made in states if made is not None)

@@ -21,7 +21,7 @@ from proofmass.runner.program.tick_loop import TickLoop
 
 LOOP, CLOCK, CHECKS, RECORDING = "the loop itself", "the clock", "looking for NaN", "recording"
 READ = External("read_clock", (), INTEGER, pure=False)
-HOLD = {  # a value that the processor must have before the next reading, and that LLVM knows nothing of
+HOLD = {  # a value the processor must have before the next reading, and that LLVM knows nothing of
     kind: External(f"hold_{kind.name.lower()}", (kind,), kind, pure=False) for kind in (FLOAT, INTEGER, TRUTH)
 }
 

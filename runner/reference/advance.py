@@ -1,4 +1,4 @@
-"""Continuous groups from one tick to the next in plain Python, as the reference engine moves them."""
+"""Continuous groups from one tick to the next in plain Python, as the reference engine does it."""
 
 import math
 from abc import ABC, abstractmethod
@@ -27,7 +27,7 @@ from proofmass.runner.plan.solver import Solver
 from proofmass.runner.plan.stages import StageContext, Stages
 
 SLIDING = "take a Saturation of some slope, or a Relay with hysteresis, or equal steps: substeps = 100"
-ABOVE_ROUNDING = 1e-12  # tolerance, from which on rounding alone does not keep steps from being accepted
+ABOVE_ROUNDING = 1e-12  # tolerance from which rounding alone refuses no step
 
 
 class IntegrationError(ArithmeticError):
@@ -39,7 +39,7 @@ class IntegrationError(ArithmeticError):
 
 
 class TooOftenError(IntegrationError):
-    """Steps or events without end: to look for an output that has no value would take as long again."""
+    """Endless steps or events: to look for an output that has no value would take as long again."""
 
 
 class Moment(NamedTuple):
@@ -137,7 +137,7 @@ class PlainAdvance(Advance):
         return moved
 
     def matrices(self, constants: Mapping[str, Any], factors: Mapping[Endpoint, float]) -> tuple[Matrix, Matrix]:
-        """The matrices of a linear group, made anew when a driven parameter or a factor has moved."""
+        """The matrices of a linear group, made anew when a driven parameter or factor moved."""
         if self.solver.renewed or self._assembled_from is None:
             used = [constants[name] for name in self.solver.group.members] + list(factors.values())
             if used != self._assembled_from:

@@ -1,4 +1,4 @@
-"""The reference engine: the plan run in plain Python, tick by tick. A debugger can stop anywhere in it."""
+"""The reference engine: the plan run in plain Python, tick by tick. Debuggers can stop in it."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -32,7 +32,7 @@ from proofmass.runner.reference.advance import Advance, IntegrationError, Moment
 
 
 class TickError(ArithmeticError):
-    """A block that failed, or a number that is not finite: `at` is a function, wire or state by its name."""
+    """A block that failed, or a number that is not finite: `at` names function, wire or state."""
 
     def __init__(self, at: str, tick: int, value: Any) -> None:
         super().__init__(f"{at} in tick {tick}: {value}")
@@ -56,7 +56,7 @@ class Outputs:
         self.filled, self.seed, self.run = plan, seed, run
         self._memory = memory or start(plan)
         self._constants = dict(plan.constants)
-        self._period = plan.period  # a quotient of exact numbers, which takes as long as a small block
+        self._period = plan.period  # a quotient of exact numbers, as slow as a small block
         self._owner = ""  # the block whose function is bound to its arguments
         self._at = ""  # the function under way, for messages
         self._overflowed: set[str] = set()  # in this tick
@@ -123,7 +123,7 @@ class Outputs:
         return self._held(name, port, fill if shape else compute)
 
     def _held(self, name: str, port: str, compute: Callable[[int], Any]) -> Callable[[int], Any]:
-        """An output, checked where a converter makes mantissas: no trace answers for their range."""
+        """An output, checked where a converter makes mantissas: no trace knows their range."""
         block = self.filled.blocks[name]
         if type(block).outputs[port].dtype is not FixedValue or type(block).has_formats():
             return compute

@@ -33,7 +33,7 @@ def is_interrupted(folder: Path) -> bool:
 
 
 class Checkpoint(NamedTuple):
-    """State that a run resumes from: its memory, and the number of rows of each trace in the folder."""
+    """State a run resumes from: its memory, and the number of rows of each trace in the folder."""
 
     memory: Memory
     rows: Mapping[str, int]

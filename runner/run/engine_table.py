@@ -33,7 +33,7 @@ class EngineFacts:
     studies: bool = True  # whether runs of a study may use it
     threads: bool = False  # whether runs of a study gain from threads
     lanes: bool = False  # whether runs of a study go side by side in vectors
-    machine_code: bool = False  # whether a result states the processor that the loop was compiled for
+    machine_code: bool = False  # whether a result states the processor the loop was compiled for
 
 
 def _python(plan: "Plan") -> Starter:
@@ -70,7 +70,7 @@ ENGINES: Mapping[str, EngineFacts] = MappingProxyType(
 
 
 def engine_choices(studies: bool = False) -> tuple[str, ...]:
-    """Return the names that a caller may give, "auto" first; those that run studies if `studies`."""
+    """Return the names a caller may give, "auto" first; those that run studies if `studies`."""
     return ("auto", *(name for name, facts in ENGINES.items() if facts.studies or not studies))
 
 

@@ -10,7 +10,7 @@ from proofmass.runner.plan.solver import Solver
 from proofmass.runner.run.engine_table import ENGINES, EngineName
 
 INTERPRETED_PART = 0.5  # part of the compiling time that a run in plain Python may take before compiling pays
-COMPILING_SECONDS = 0.1  # about the time of compiling, which like runs in plain Python may take together
+COMPILING_SECONDS = 0.1  # about that of compiling, which like runs may take in Python
 _KNOWING_SECONDS = 0.03  # about the time to find out whether a plan has been compiled before
 _COMPILING_FUNCTION = 2.5e-3  # seconds more for each function of a block: 7 s for the 31 graphs of the library
 _WRITING_FUNCTION = 0.5e-3  # seconds for each function of a block until a plan is written as text
@@ -19,9 +19,9 @@ _INTERPRETED_ENTRY = 0.15e-6  # the same per entry of a buffer
 _INTERPRETED_PRODUCT = 0.1e-6  # the same per product of a matrix
 _ARRAY_PRODUCT = 2e-9  # the same where NumPy multiplies large matrices
 _PRODUCTS = 30.0  # products of matrices in an exponential, about
-_INTERPRETED_INTEGER = 0.4e-6  # the same per integer operation, which the reference runs in `FixedValue`
+_INTERPRETED_INTEGER = 0.4e-6  # for an integer operation, which runs in `FixedValue`
 
-_spent: dict[int, float] = {}  # seconds that like plans have taken in plain Python, by their likeness
+_spent: dict[int, float] = {}  # seconds like plans have taken in plain Python, by their likeness
 
 
 def choose(

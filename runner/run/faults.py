@@ -45,7 +45,7 @@ class RunError(RuntimeError):
 
 
 def name_fault(planned: Plan, seed: int, run: int, memory: Memory, end: int) -> None:
-    """Raise the `TickError` before the tick `end`: the compiled loop only says that there may be one.
+    """Raise the `TickError` before the tick `end`: the compiled loop only says there may be one.
 
     The ticks are halved until few are left, and plain Python goes on from there. It finds nothing where only the sum
     by which the loop watches its wires went beyond 1e308: then all is well.

@@ -14,7 +14,7 @@ from proofmass.runner.run.compiling import Compiling
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.engines import INTERPRETED_PART, choose, compiling_seconds, make_engine
 
-LOOKING_SECONDS = 0.4  # at most, before the first tick, to know whether the machine code is in the cache
+LOOKING_SECONDS = 0.4  # at most, before the first tick, to know if code is in the cache
 _LARGE = 1.0  # seconds of compiling above which the answer takes too long
 _PATIENCE = 7.0  # time of the compiler per time of plain Python, since they share a lock and cores
 _LONGEST_WAIT = 0.2  # seconds, after which Ctrl-C and rows have their turn
@@ -44,7 +44,7 @@ class HandOver:
         self._engine: Engine = Interpreter(plan, seed, run, memory.copy())
         self._compiling: Compiling | None = compiling
         self._began, self._first = time.perf_counter(), memory.tick
-        self._chunk: tuple[int, float] | None = None  # ticks and seconds of the last one in plain Python
+        self._chunk: tuple[int, float] | None = None  # ticks and seconds of the last in Python
 
     @property
     def name(self) -> str:

@@ -12,12 +12,12 @@ from proofmass.runner.run.result import Trace
 
 
 def room(planned: Plan, first: int, last: int) -> list[AnyArray]:
-    """Return room for what the probes record in the ticks from `first` up to, not including, `last`."""
+    """Return room for what the probes record in the ticks from `first` to before `last`."""
     return [np.zeros((probe.rows(first, last), *probe.shape), dtype=probe.dtype) for probe in planned.probes]
 
 
 class Recorder:
-    """Rows of one probe as they come: in memory, or appended to a `.npy` file when a folder is given."""
+    """Rows of one probe as they come: in memory, or in a `.npy` file if a folder is given."""
 
     def __init__(self, probe: PlannedProbe, rows: int, folder: Path | None) -> None:
         self.probe, self.rows, self.count = probe, rows, 0

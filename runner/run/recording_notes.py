@@ -15,7 +15,7 @@ LITTLE = 0.01  # part of a recording that is played
 
 
 def recording_notes(plan: Plan, end: Fraction | None) -> Iterator[Problem]:
-    """Notes on the recordings of a plan, for a run up to a time; None where nothing says how long it is."""
+    """Notes on the recordings of a plan, for a run up to a time, None if unknown."""
     for name, block in plan.blocks.items():
         buffers = {declared.recorded: buffer for buffer, declared in type(block).buffers.items() if declared.recorded}
         if "time" not in buffers:

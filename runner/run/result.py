@@ -79,7 +79,7 @@ def _scaled_statistics(values: AnyArray, scale: float) -> Statistics:
 
 @dataclass(frozen=True)
 class Trace(NDArrayOperatorsMixin, Plotted):
-    """Recording of one probe: a row per tick, the first at t = 0 or at the clock offset of its block.
+    """Recording of one probe: a row per tick, the first at t = 0 or its block's clock offset.
 
     Arithmetic with it gives arrays of its values, as in `2 * trace` or `numpy.abs(trace)`.
 
@@ -119,7 +119,7 @@ class Trace(NDArrayOperatorsMixin, Plotted):
 
     @property
     def times(self) -> AnyArray:
-        """Time of each row in seconds: its tick over the base rate, rounded once, never accumulated."""
+        """Time of each row in seconds: its tick over the base rate, rounded once, not summed."""
         return self.times_of(0, len(self.values))
 
     def times_of(self, first: int, last: int) -> AnyArray:
@@ -142,7 +142,7 @@ class Trace(NDArrayOperatorsMixin, Plotted):
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of the values, row by row in little-endian order; every NaN counts as the same."""
+        """SHA-256 of the values, row by row in little-endian order; every NaN is the same."""
         digest = hashlib.sha256()
         for first, last in pieces(len(self.values), self.entries):
             digest.update(_bytes(self.values[first:last]))
@@ -218,11 +218,11 @@ class Result(Plotted):
     seed: int  # of all noise
     seconds: float  # wall time of the loop
     preparation: float  # wall time before it, and in it for machine code: plan, compilation
-    provenance: Mapping[str, str] = field(default_factory=dict)  # graph, versions, engine, machine and date
+    provenance: Mapping[str, str] = field(default_factory=dict)  # graph, versions, machine and date
     overflows: Mapping[str, int] = field(default_factory=dict)  # of blocks in fixed point: ticks with an overflow
-    overflow_ticks: Mapping[str, int] = field(default_factory=dict)  # of these blocks: ticks that they had
+    overflow_ticks: Mapping[str, int] = field(default_factory=dict)  # of the blocks
     memory: Memory | None = None  # of an interrupted run, to go on from
-    measures: Mapping[str, Measured] = field(default_factory=dict)  # by name, each with value and unit
+    measures: Mapping[str, Measured] = field(default_factory=dict)  # each with value and unit
 
     def __getitem__(self, signal: str | Probe) -> Trace:
         name = signal.signal if isinstance(signal, Probe) else signal
@@ -260,7 +260,7 @@ class Result(Plotted):
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of the names, types, shapes and values of all traces: equal where all bits are."""
+        """SHA-256 of the names, types, shapes and values of all traces: equal if all bits are."""
         lines = (
             f"{name} {trace.values.dtype.name} {' '.join(map(str, trace.values.shape))} {trace.digest}\n"
             for name, trace in sorted(self.traces.items())
@@ -280,7 +280,7 @@ class Result(Plotted):
         }
 
     def to_xarray(self) -> "xarray.Dataset":
-        """A Dataset with one variable per probe, in its unit; probes of one rate share a time axis."""
+        """A Dataset with one variable per probe, in its unit; one rate, one time axis."""
         need("xarray")
         # start-up time: xarray takes 0.4 s
         import xarray

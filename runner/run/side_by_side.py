@@ -55,7 +55,7 @@ def whole_lanes(lanes: int) -> int:
 
 
 class SideBySide:
-    """Runs a plan with varied parameters, `lanes` at a time; the bits are those of each run alone."""
+    """Runs a plan with varied parameters, `lanes` at a time; bits are those of each run alone."""
 
     def __init__(self, plan: Plan, seed: int, ticks: int, lanes: int, names: Iterable[str]) -> None:
         self.plan, self.seed, self.ticks, self.lanes = plan, seed, ticks, whole_lanes(lanes)

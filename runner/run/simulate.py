@@ -83,7 +83,7 @@ def simulate(
 
 @dataclass(frozen=True)
 class RunOptions:
-    """Options of one run. `noise` is the number of the run in a study; `began` is when preparing began."""
+    """Options of one run. `noise` is the run's number in a study; `began`, when preparing began."""
 
     duration: str | float | Fraction | None = None
     samples: int | None = None
@@ -156,7 +156,7 @@ class _Run(NamedTuple):
 
 
 def _run(planned: Plan, options: RunOptions) -> _Run:
-    """Return the run with its length and seed; raises `ModelError` with all options that are wrong."""
+    """Return the run with its length and seed; raises `ModelError` with all wrong options."""
     problems = engine_problems(options.engine)
 
     def refuse(key: str, value: object, message: str, expected: str = "", hint: str = "") -> None:

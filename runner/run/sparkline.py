@@ -10,7 +10,7 @@ _ROOM = 2  # pixels above and below
 
 
 def sparkline(values: "np.ndarray[Any, np.dtype[Any]]") -> str:
-    """Return a line of the values as SVG, in the colour of the text; empty without two finite values."""
+    """Return a line of the values as SVG, in the text's colour; empty without two finite ones."""
     numbers = np.asarray(values, dtype=np.float64)
     if numbers.ndim != 1 or len(numbers) < 2 or not np.isfinite(numbers).all():
         return ""

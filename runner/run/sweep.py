@@ -73,7 +73,7 @@ class Sweep:
         ]
 
     def to_xarray(self) -> "xarray.Dataset":
-        """Return a Dataset with a variable for each measure, over a dimension for each parameter."""
+        """Return a Dataset with a variable for each measure, over a dimension per parameter."""
         need("xarray")
         # for start-up time: only this needs it
         import xarray

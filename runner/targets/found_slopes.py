@@ -41,7 +41,7 @@ class FollowedSlopes(NamedTuple):
 
 
 def followed(made: AnyArray, lanes: Indices, live: Truths, entering: AnyArray, if_moved: AnyArray) -> FollowedSlopes:
-    """Return the slopes of ticks by numbers that have some as a tick begins, and by what enters in it.
+    """Return the slopes of ticks by numbers that have some as a tick begins, and what enters in it.
 
     `made` are slopes, [tick, row of lanes, number that lasts or event or more, lane]; `lanes` has
     the number or event of each lane, -1 of one that is idle; `live` are the numbers that have

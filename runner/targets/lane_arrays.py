@@ -27,7 +27,7 @@ class LaneArrays(LaneVectors):
         return array in self.offsets or self.varying.differs(index)
 
     def _places(self, array: Storage, index: Operand) -> list[str]:
-        """Addresses of entries, another one in each lane; an inactive lane has that of the first entry."""
+        """Addresses of entries, another one in each lane; inactive lanes have the first one's."""
         of, at = self._vector(INTEGER), self._all(index)
         if array in self.offsets:
             at = self._sum(at, self.offsets[array])

@@ -38,7 +38,7 @@ class LaneWays(LaneArrays):
         self.mask = outer
 
     def _where_any(self, region: Region) -> None:
-        """A region with the lanes of the mask, jumped over where there is none and that is worth it."""
+        """A region with the lanes of the mask, jumped over if there is none and it pays."""
         if _weight(region) <= _LIGHT:
             self.region(region)
             return

@@ -13,7 +13,7 @@ ATTRIBUTES = (
     "attributes #3 = { nounwind }",
     "attributes #4 = { nounwind willreturn memory(inaccessiblemem: readwrite) }",
     "attributes #5 = { noinline nounwind }",
-    "attributes #6 = { noinline nounwind noimplicitfloat }",  # numbers are not gathered into short vectors
+    "attributes #6 = { noinline nounwind noimplicitfloat }",  # no short vectors of numbers
 )
 
 
@@ -25,7 +25,7 @@ def attributes_of(function: Function, shared: Collection[Function]) -> str:
 
 
 def symbol_of(external: External) -> str:
-    """The name that LLVM calls a function by; one of a library has a name of which LLVM knows nothing."""
+    """The name that LLVM calls a function by; a library's is unknown to LLVM."""
     return external.symbol if external.address is not None else f"proofmass_{external.symbol}"
 
 

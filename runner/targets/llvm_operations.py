@@ -24,7 +24,7 @@ _INTRINSIC = {
 
 
 class Template(NamedTuple):
-    """Text of an operation, with places for the result and the operands, and what must stand beside it."""
+    """Text of an operation, with places for result and operands, and what stands beside it."""
 
     text: str
     needs: tuple[str, ...] = ()  # declarations and definitions

@@ -261,7 +261,7 @@ class FunctionText:
             self._begin(end)
 
     def _for(self, s: form.For) -> None:
-        """For: tested before the first turn and behind each; the counter never passes what 64 bits hold."""
+        """For: tested before the first turn and behind each; its counter never passes 64 bits."""
         first, last = self._operand(s.first), self._operand(s.last)
         body, turn, end, begun = self._label(), self._label(), self._label(), self.block
         counters = self._written_out(s)

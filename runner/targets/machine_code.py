@@ -63,7 +63,7 @@ def load(program: Program, settings: Settings = ALONE) -> Callable[..., Any]:
 
 
 def load_lanes(program: Program, lanes: int, of_entry: LanesOf, settings: Settings) -> Callable[..., Any]:
-    """The program for several runs side by side; numbers that differ are given as addresses of rows."""
+    """The program for several runs side by side; differing numbers are addresses of rows."""
     text = lane_text(program, lanes, of_entry)
     return load_module(LlvmModule(program, text, settings, key_of(text, settings), of_entry.numbers))
 

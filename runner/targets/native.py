@@ -59,7 +59,7 @@ class CompiledPlan:
         return known[1]
 
     def held(self, entries: tuple[tuple[str, str, int], ...]) -> list[tuple[Endpoint | None, list[int]]]:
-        """Return the buffers of numbers that blocks hold, None for states, and their places there."""
+        """Return the buffers of numbers blocks hold, None for states, and their places there."""
         if entries not in self._held:
             kinds, several = self.written.memory.kinds, groupby(entries, lambda of: of[:2] if of[2] >= 0 else None)
             places = (
@@ -100,12 +100,12 @@ class CompiledLoop:
         self.tick = memory.tick
         self._counted = [name for name in plan.digital if name in memory.overflows]
         self._constants, self._state, self._vectors = self.numbers_of(plan, memory)
-        self._scratch = np.full(written.scratch + 1, np.nan)  # no number has been computed from it yet
+        self._scratch = np.full(written.scratch + 1, np.nan)  # nothing was computed from it yet
         self._watched = finite_places(plan, written)
         self._refused = written.memory.counts[INTEGERS]  # place of `state_integers`
 
     def again(self, plan: Plan, memory: Memory, numbers: BegunNumbers | None = None) -> None:
-        """Begin again, at the same addresses, a plan that differs in numbers alone and has no recordings."""
+        """Begin again, at the same addresses, a plan of other numbers and no recordings."""
         self.plan, self.tick = plan, memory.tick
         kept = (*self._constants.values(), *self._state.values(), *self._vectors.values())
         given = (array for arrays in numbers or self.numbers_of(plan, memory) for array in arrays.values())
@@ -114,7 +114,7 @@ class CompiledLoop:
         self._scratch[:] = np.nan
 
     def numbers_of(self, plan: Plan, memory: Memory) -> BegunNumbers:
-        """Return the constants of a plan, and the numbers and the vectors that a run begins with."""
+        """Return the constants of a plan, and the numbers and the vectors a run begins with."""
         compiled, written = self._compiled, self._written
         vectors = zip(written.vectors, written.vector_kinds, strict=True)
         return (
@@ -157,7 +157,7 @@ class CompiledLoop:
         return rows
 
     def held(self, entries: tuple[tuple[str, str, int], ...]) -> Array:
-        """Return real numbers that blocks hold: fields of states, of number -1, and entries of buffers."""
+        """Return reals that blocks hold: fields of states, numbered -1, and entries of buffers."""
         places, floats = self._compiled.held(entries), self._state[FLOATS]
         parts = [(floats if node is None else self._vectors[node])[own] for node, own in places]
         return np.concatenate(parts) if parts else np.zeros(0)
@@ -167,7 +167,7 @@ class CompiledLoop:
         return self.sound(self._state[FLOATS], self._state[INTEGERS])
 
     def sound(self, numbers: AnyArray, integers: AnyArray) -> bool:
-        """Return whether every number was finite and fitted its format, by the arrays of the memory."""
+        """Return whether every number was finite and fitted its format, by the memory's arrays."""
         return bool(np.isfinite(numbers[self._watched]).all()) and not integers[self._refused]
 
     def arrays(self, rows: Rows) -> list[AnyArray]:
@@ -179,7 +179,7 @@ class CompiledLoop:
         return self.snapshot()()
 
     def snapshot(self) -> Callable[[], Memory]:
-        """Return a function that gives the memory of this moment; the `Memory` is made when it is called."""
+        """Return a function that gives this moment's memory; the `Memory` is made when called."""
         tick, recorded = self.tick, self.plan.recorded
         state = {name: array.copy() for name, array in self._state.items()}
         vectors = {node: array.copy() for node, array in self._vectors.items() if node not in recorded}
@@ -268,7 +268,7 @@ def finite_places(plan: Plan, written: TickLoop) -> list[int]:
 
 
 def moving(memory: Memory, key: Moving) -> Any:
-    """Return the content of a state's field, a wire or the overflow count of a block in the memory."""
+    """Return a state's field, a wire or the overflow count of a block in the memory."""
     match key:
         case OverflowsOf(block):
             return memory.overflows.get(block, 0)

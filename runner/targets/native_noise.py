@@ -52,7 +52,7 @@ class EventTable(NamedTuple):
     source: Indices  # block or wire
     value: Array
     entered: Truths
-    like: Indices  # row of the first event of the tick with the same error, its own if there is none
+    like: Indices  # row of the first event of the tick with the same error, else its own
     part: Indices  # number of this error among those of its block in a tick
 
     def of_rows(self, first: int, last: int) -> "EventTable":
@@ -158,7 +158,7 @@ class NoiseInCode(SlopesInCode):
         )
         again = several[number.reshape(-1)] > 1
         slopes = self._slopes(entries, row[errors[again]])
-        seen: dict[int, list[tuple[int, tuple[float, bytes, bytes]]]] = {}  # errors of a block in a tick
+        seen: dict[int, list[tuple[int, tuple[float, bytes, bytes]]]] = {}  # of a block in a tick
         for error, of, known in zip(errors[again].tolist(), number.reshape(-1)[again].tolist(), slopes, strict=True):
             before, own = seen.setdefault(of, []), (float(events.value[error]), *known)
             first, events.part[error] = error, len(before)

@@ -91,7 +91,7 @@ class SlopesInCode(CompiledLoop):
         moving: AbstractSet[str],
         most: int,
     ) -> None:
-        """Take the numbers that have slopes as the ticks begin, and room for so many events of a tick."""
+        """Take numbers with slopes as ticks begin, and room for so many events of a tick."""
         super().__init__(plan, 0, 0, memory, code.compiled)
         self._first, self._most = self.tick, most
         self._moved = [*self._state.values(), *(v for n, v in self._vectors.items() if n not in code.plan.recorded)]
@@ -144,7 +144,7 @@ class SlopesInCode(CompiledLoop):
         return {place for place, has in zip(self._places.values(), self._live.tolist(), strict=True) if has}
 
     def _numbered(self, moving: AbstractSet[str]) -> dict[int, LastingPlace]:
-        """Return the numbers that last to the next tick by their place among all that moves, in order."""
+        """Return the numbers that last to the next tick by place among all that moves, in order."""
         places, kinds = dict[int, LastingPlace](), self._written.memory.kinds
         first = {FLOATS: 0, INTEGERS: len(self._state[FLOATS])}
         for key, (kind, index) in kinds.items():
@@ -256,7 +256,7 @@ class SlopesInCode(CompiledLoop):
 class CompiledSlopes(SlopesInCode):
     """Ticks of a loop that is cut at one wire, the only event of a tick in which it has a value."""
 
-    sources: Sequence[tuple[str, str, int]] = ()  # of noise: there is none, as in `NoisyTicks` without
+    sources: Sequence[tuple[str, str, int]] = ()  # of noise, none as in `NoisyTicks` without
     quantised: Mapping[tuple[str, str, int], float] = MappingProxyType({})
 
     def __init__(

@@ -103,7 +103,7 @@ def _symbol(body: bytes, at: int) -> tuple[dict[str, int], int]:
             _, at = _unsigned(body, at)
         return {}, at
     index, at = _unsigned(body, at)
-    if kind == 3 or (undefined and not named):  # a section, or something imported under its own name
+    if kind == 3 or (undefined and not named):  # a section, or an import under its own name
         return {}, at
     length, at = _unsigned(body, at)
     name = body[at : at + length].decode()

@@ -1,4 +1,4 @@
-"""Proofs as certificates: all that a checker needs to verify them, and what it takes for granted."""
+"""Proofs as certificates: all a checker needs to verify them, and what it takes for granted."""
 
 import hashlib
 import json

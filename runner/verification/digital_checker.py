@@ -31,7 +31,7 @@ _GROWN = 1 << 500  # sums of powers that do not decay
 _POWERS, _WORK = 1 << 19, 4 * 10**9  # at most, and products of numbers for them, which take minutes
 _Ends = tuple[Any, Any]
 _Numbers = np.ndarray[Any, np.dtype[np.object_]]
-_Within = Callable[[int, Fraction, Fraction], bool]  # whether a number, by its place, may have these ends
+_Within = Callable[[int, Fraction, Fraction], bool]  # may a number, by place, have these ends
 
 
 def check_digital(claim: Mapping[str, Any]) -> tuple[str, bool]:
@@ -84,7 +84,7 @@ def _rows(forms: Sequence[Mapping[str, Any]], names: Sequence[str]) -> _Numbers:
 
 
 def _all_within(within: _Within, forms: _Numbers, following: _Numbers, start: _Numbers, ends: Sequence[_Ends]) -> bool:
-    """Return whether all values of some forms, with anything that enters, are within what they may be."""
+    """Return whether all values of some forms, with what enters, keep their ranges."""
     n, sides = len(start), np.array(ends, dtype=object).reshape(-1, 2).T
     a, c = following[:, :n], forms[:, :n]
     first = (a * start).sum(axis=1) + following[:, -1] - start

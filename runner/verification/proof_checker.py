@@ -277,7 +277,7 @@ def _factors(kind: str, ends: tuple[float, float], values: int) -> list[_Whole]:
 
 
 def _turn(angle: Fraction) -> tuple[Fraction, Fraction]:
-    """Return cosine and sine of an angle below 4, each to far below a whole number, by their series."""
+    """Return cosine and sine of an angle below 4, to far below a whole number, by their series."""
     _refuse(not abs(angle) < 7, "has a phase beyond a turn")
     parts, term = [Fraction(0), Fraction(0)], Fraction(1)
     for order in range(150):  # whose last is below 2^-400

@@ -81,7 +81,7 @@ class Measurements:
 
     @cached_property
     def _run(self) -> Result | RunError:
-        """The run, or why it failed: a run that fails late is not tried again for the next requirement."""
+        """The run, or why it failed: a late failure is not tried again for the next."""
         try:
             return simulate(self.graph.changed(probes=()), engine=self.engine)
         except RunError as error:
@@ -93,7 +93,7 @@ class Measurements:
         return run_study(self._needed_study("a yield"), runs=self.runs, engine=self.engine)
 
     def margins(self, at: str) -> Mapping[str, float]:
-        """Return the margins of all loops at an operating point, by names such as `main.phase_margin`."""
+        """Return the margins of all loops at an operating point, as `main.phase_margin`."""
         at = at or AUTO
         if at not in self._margins:
             planned = plan(self.graph)
@@ -120,7 +120,7 @@ class Measurements:
         return math.nan if reading is None else reading.value
 
     def _worst(self, requirement: Requirement, quantity: Quantity) -> list[float]:
-        """Return the worst values within tolerances; NaN where a loop is unstable or a run fails."""
+        """Return the worst values within tolerances; NaN where a loop is unstable or runs fail."""
         tolerances = _tolerances(requirement)
         source: Graph | Study = self.graph
         if not tolerances or isinstance(quantity, YieldOf):
@@ -186,7 +186,7 @@ class Measurements:
 
 
 def verify(measurements: Measurements) -> list[Finding]:
-    """Return a finding for each requirement of a graph, and for each margin that its loops must have.
+    """Return a finding for each requirement of a graph, and for each margin its loops must have.
 
     One whose quantity cannot be had, or whose run fails, has no value and a reason; the others are verified all the
     same. Raises `ModelError` for a graph that cannot run.
@@ -196,7 +196,7 @@ def verify(measurements: Measurements) -> list[Finding]:
 
 
 def every_requirement(graph: Graph, flat: FlatGraph) -> Iterator[tuple[str, Requirement]]:
-    """Yield the requirements of a graph by id, and those of its loops, which have the name of the margin."""
+    """Yield requirements of a graph by id, and of its loops, which are named by margin."""
     yield from graph.requirements.items()
     for name, loop in flat.loops.items():
         for margin, limit in loop.requirements.items():

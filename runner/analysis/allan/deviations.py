@@ -29,7 +29,7 @@ from proofmass.runner.host.notebook import Plotted, Told
 
 PER_DECADE = 20
 FEWEST = 64  # values
-_ALPHA = {"N": 0, "B": -1, "K": -2, "Q": 2}  # exponent of frequency in the density of each kind of noise
+_ALPHA = {"N": 0, "B": -1, "K": -2, "Q": 2}  # exponent of frequency in the density of each
 _MOST = 1e15  # values
 
 
@@ -119,7 +119,7 @@ def allan(signal: Any, *, rate: float = 0.0, unit: str = "1") -> Allan:
 
 
 def integral(series: Series) -> Array:
-    """The running integral, in units of the signal times its period, one value more than the signal."""
+    """The running integral, in units of the signal times its period, one value more."""
     values = series.values - np.mean(series.values)
     return np.concatenate([[0.0], np.cumsum(values)])
 
@@ -162,7 +162,7 @@ def dominating(levels: Levels, taus: Array) -> list[int]:
 
 @dataclass(frozen=True)
 class Duration:
-    """Length of a recording that is needed, and what one of the present length gives; times in seconds."""
+    """Length of a recording needed, and what the present length gives; times in seconds."""
 
     tau: float
     error: float  # standard error of the deviation, as a part of it

@@ -127,7 +127,7 @@ def _sizes(starts: Any, count: int) -> Any:
 
 @dataclass(frozen=True)
 class _Fit:
-    """Groups of lines, each with its mean density, the terms that make it, and how many lines it has."""
+    """Groups of lines, each with its mean density, its terms, and how many lines it has."""
 
     terms: Array
     density: Array

@@ -1,4 +1,4 @@
-"""Picture of an Allan deviation: the curve with its interval, and the slopes of the coefficients."""
+"""Plot of an Allan deviation: the curve with its interval, and the slopes of the coefficients."""
 
 from typing import TYPE_CHECKING
 

@@ -57,7 +57,7 @@ class OneBit(OneBitGain):
     repeating: float  # part of the mean square of the error that is the same in both runs
     correlation: float = 0.0  # the largest of e with itself, if all of e repeats
     lag: int = 0  # decisions after which the correlation is reached
-    cycle: int = 0  # decisions after which a locked quantiser decides the same again, whatever the noise
+    cycle: int = 0  # decisions after which a locked quantiser repeats itself, whatever the noise
 
     def note(self, block: str) -> str:
         """Return the note of a budget on this quantiser."""
@@ -91,7 +91,7 @@ def noise_at(about: Linearisation, outputs: list[Endpoint]) -> Noisy:
 def with_gains(about: Linearisation, noise: Noisy, outputs: list[Endpoint]) -> Noisy:
     """Return the blocks with noise, with the gains of one-bit quantisers upstream of some outputs.
 
-    Those are the ones in loops, which noise of their own decides, and comparators that noise reaches.
+    Those are the ones in loops, which their own noise decides, and comparators that noise reaches.
     """
     plan = about.plan
     upstream = blocks_of_map(plan, (), outputs, False, noise)[0]
@@ -192,7 +192,7 @@ def _compared(plan: Plan, among: AbstractSet[str], outputs: list[Endpoint]) -> s
 
 
 def _one_bit(first: Decisions, second: Decisions, looped: bool) -> OneBit:
-    """Return the gain that comes closest to the decisions of two runs, and the error that is left."""
+    """Return the gain that comes closest to the decisions of two runs, and the error left."""
     count = min(len(first.rows), len(second.rows))
     cycles = [_cycle(run.rows[:, 1]) for run in (first, second)]
     if looped and all(cycles) and np.any(first.rows[:count, 0] != second.rows[:count, 0]):
@@ -209,7 +209,7 @@ def _one_bit(first: Decisions, second: Decisions, looped: bool) -> OneBit:
 
 
 def _cycle(levels: Array) -> int:
-    """Return after how many decisions all of them come again; 0 if that is not so, or takes many."""
+    """Return after how many decisions all come again; 0 if that is not so, or takes many."""
     head = levels[: 4 * _CYCLE]
     for period in range(1, min(_CYCLE, len(head) // 4) + 1):
         if np.array_equal(head[period:], head[:-period]) and np.array_equal(levels[period:], levels[:-period]):

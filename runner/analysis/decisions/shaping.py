@@ -103,7 +103,7 @@ class Shaping:
 
 
 def _all_pass(pole: complex) -> tuple[Array, Array, Array, float]:
-    """Return A, B, C and D of the all-pass section of one pole, or of a pair: an orthogonal matrix."""
+    """Return A, B, C and D of the all-pass section of a pole, or a pair: an orthogonal matrix."""
     s, w = pole.real, pole.imag
     if not w:
         rest = math.sqrt(1.0 - s * s)

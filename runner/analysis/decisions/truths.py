@@ -20,7 +20,7 @@ _VALUES = 1 << 12  # of the output
 
 
 def decided_by_noise(plan: Plan, target: Endpoint, tick: int, kept: KeptRuns) -> list[str]:
-    """Return the truth values upstream of an output that differ between two runs with different noise.
+    """Return the truth values upstream of an output that differ in two runs of different noise.
 
     What runs for the same values have said is `kept`.
     """

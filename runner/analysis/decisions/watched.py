@@ -1,4 +1,4 @@
-"""Inputs of quantisers of one bit, and the levels that they choose, in two runs with different noise.
+"""Inputs of quantisers of one bit, and the levels they choose, in two runs with different noise.
 
 Where a level is an output of its block the runs are in machine code, and long. Others are watched in plain Python.
 """
@@ -45,7 +45,7 @@ def recorded(
 
 
 class Watched(PartInterpreter):
-    """A run with noise that notes what quantisers of one bit are given, and the levels that they choose."""
+    """A run with noise that notes inputs of quantisers of one bit, and the levels they choose."""
 
     def __init__(
         self, plan: Plan, memory: Memory, upstream: AbstractSet[str], deciding: AbstractSet[str], seed: int

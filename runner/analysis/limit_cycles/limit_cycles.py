@@ -35,7 +35,7 @@ _brentq: Any = scipy.optimize.brentq
 
 @dataclass(frozen=True)
 class LimitCycle:
-    """An oscillation at the input of a block: its amplitude, in the unit of the input, and its frequency."""
+    """An oscillation at the input of a block: its amplitude in the input's unit, its frequency."""
 
     amplitude: float
     frequency: float  # Hz
@@ -88,7 +88,7 @@ def simulated(graph: Graph, name: str, cycles: Sequence[LimitCycle] | None = Non
 
 
 def _fundamental(times: Array, values: Array) -> LimitCycle | None:
-    """Return the frequency of a signal and the amplitude of its fundamental, over all its whole cycles."""
+    """Return the frequency of a signal and its fundamental's amplitude, over all whole cycles."""
     middle = 0.5 * (values.max() + values.min()) if len(values) else 0.0
     swing = values - middle
     up = np.flatnonzero((swing[:-1] < 0.0) & (swing[1:] >= 0.0))
@@ -145,7 +145,7 @@ def _branches(describing: Describing) -> Iterator[_Branch]:
 
 
 def _crossed(system: OpenLoop, w: Array, branch: _Branch) -> Iterator[LimitCycle]:
-    """Yield the cycles where the phase of N L is -180 deg, with the amplitude at which its size is 1."""
+    """Yield the cycles where the phase of N L is -180 deg, and the amplitude of size 1."""
     response = system.response(w)
     with np.errstate(divide="ignore"):
         turns = np.angle(-response) + branch.angles(1.0 / np.abs(response))
@@ -167,7 +167,7 @@ def _crossed(system: OpenLoop, w: Array, branch: _Branch) -> Iterator[LimitCycle
 
 
 def _at_half_the_rate(system: OpenLoop, describing: Describing) -> Iterator[LimitCycle]:
-    """Yield the cycle of two samples of a relay: the fundamental of +-y is y itself, not 4 y / pi."""
+    """Yield the cycle of two samples of a relay: the fundamental of +-y is y, not 4 y / pi."""
     w = math.pi / system.sample
     value = complex(system.response(w)).real
     if value >= 0.0 or not math.isfinite(value):

@@ -78,7 +78,7 @@ def describing_of(flat: FlatGraph, name: str) -> Describing:
 
 
 def ends(flat: FlatGraph, name: str) -> tuple[str, str]:
-    """Return the wired input and the output, both single numbers, between which a block counts as a gain."""
+    """Return wired input and output, single numbers, between which a block counts as a gain."""
     kind = type(_block(flat, name))
     read = {split(wire.source)[1] for wire in flat.wires if split(wire.source)[0] == name}
     driven = [split(wire.target)[1] for wire in flat.wires if split(wire.target)[0] == name]

@@ -103,7 +103,7 @@ def _switched(
 
 
 def _matters(analog: PeriodMap) -> float:
-    """Return the seconds within which a change of a loop matters: some turns at its lowest crossover."""
+    """Return the seconds within which a change of a loop matters: turns at its lowest crossover."""
     system = OpenLoop(analog.between(), continuous=True)
     rates = np.abs(system.poles)
     rates = rates[rates > 0.0]
@@ -148,7 +148,7 @@ def analog_map_at(
     by_parameters: bool = False,
     point_slopes: PointSlopes | None = None,
 ) -> PeriodMap:
-    """Return the loop opened at wires within a group, about a memory; options as those of `period_map`."""
+    """Return the loop opened at wires within a group, about a memory; options as `period_map`."""
     begin = memory
     if by_parameters:
         plan = differentiated(plan)

@@ -11,7 +11,7 @@ from proofmass.runner.plan.planned import Plan
 
 _TRIED = 10_000  # sets of outputs
 
-_Wiring = Mapping[Endpoint, Collection[Endpoint]]  # the outputs that each output reaches through one block
+_Wiring = Mapping[Endpoint, Collection[Endpoint]]  # outputs that each reaches through one block
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def _opens(part: _Wiring, cuts: Collection[Endpoint]) -> bool:
 def _fewest(part: _Wiring, wires: list[Endpoint]) -> list[Endpoint]:
     """Return the first of the smallest sets of outputs whose cuts leave no loop; none if there is no such set.
 
-    Beyond `_TRIED` sets, outputs are taken out of the set of all as long as the rest leaves no loop.
+    Beyond `_TRIED` sets, outputs are taken out of the set of all while the rest leaves no loop.
     """
     for size in range(2, len(wires) + 1):
         if math.comb(len(wires), size) > _TRIED:

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 INTERPRETED = 1.5  # seconds of plain Python, after which the loop is compiled
 _CHUNK = 0.05  # seconds from one report of progress to the next
-_AWAY, _FROM_ZERO = 1.001, 1e-6  # factor and offset of signals that are held where nothing else moves them
+_AWAY, _FROM_ZERO = 1.001, 1e-6  # factor and offset of held signals that nothing moves
 _FEW = 64  # ticks that plain Python follows in dual numbers
 
 
@@ -149,7 +149,7 @@ class Course:
     def __init__(self, plan: Plan, like: "Course | None" = None, many: bool = False) -> None:
         """Take a plan, a course that it may share machine code with, and whether `many` courses will be like it."""
         self.plan = plan.without_noise
-        self.kept: dict[Hashable, Any] = {}  # runs with noise that an analysis asks for at several points
+        self.kept: dict[Hashable, Any] = {}  # runs with noise, asked for at several points
         self._run: Forward | None = None
         self._onward = dict[int, Onward]()
         self._slopes: dict[bool, list[SlopeCode]] = {False: [], True: []}  # without and with noise
@@ -240,7 +240,7 @@ class Onward:
 
     def __init__(self, course: Course, begin: Memory) -> None:
         self.course, self.begin = course, begin
-        self.maps: dict[Hashable, PeriodMap | None] = {}  # to several outputs, of which each is a part
+        self.maps: dict[Hashable, PeriodMap | None] = {}  # to several outputs, each a part
         self._run = course.from_memory(begin)
         self._memories = {begin.tick: begin}
         self._recorded: dict[Hashable, tuple[CompiledLoop | Alone, Array]] = {}
@@ -303,7 +303,7 @@ class Onward:
         return (rows if rows[0] else rows * periods)[:periods]
 
     def _in_code(self, names: Sequence[str], rings: Rings, ticks: int, periods: int, memory: Memory) -> list[list[int]]:
-        """Return the integers after some more periods by machine code; none if there is no such code."""
+        """Return the integers after some more periods by machine code, none without."""
         code = self.course.machine_code(memory, periods * ticks)
         held = (cells for (name, _), cells in memory.of_blocks().items() if name in names and isinstance(cells, list))
         if code is None or any(isinstance(cells[0], int) for cells in held if cells):

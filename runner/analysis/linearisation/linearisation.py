@@ -55,7 +55,7 @@ _GROWS = 1e-9  # by which a pole may lie outside the unit circle before a loop c
 
 @dataclass(frozen=True)
 class Linearisation:
-    """A plan about one operating point. It owns the run to there and the maps that were asked for."""
+    """A plan about one operating point. It owns the run to there and the maps asked for."""
 
     plan: Plan
     course: Course
@@ -182,7 +182,7 @@ def linearised(plan: Plan, point: OperatingPoint = 0) -> Linearisation:
 
 
 class OperatingPoints:
-    """The operating points of a plan that an analysis may take, each looked for when it is wanted."""
+    """The operating points of a plan an analysis may take, each looked for when it is wanted."""
 
     def __init__(
         self, plan: Plan, at: At = AUTO, progress: Progress | None = None, course: Course | None = None
@@ -344,7 +344,7 @@ def _after(told: str) -> str:
 
 
 def _starts_up(system: OpenLoop) -> bool:
-    """Return whether a loop changes after its operating point, or grows away from it beyond doubt."""
+    """Return whether a loop changes after its operating point, or surely grows away from it."""
     if system.map.starting or not len(_growing(system)):
         return system.map.starting
     verdict, _ = judged(np.real(system.closed()), not system.continuous, system.variation, system.ticks)
@@ -352,7 +352,7 @@ def _starts_up(system: OpenLoop) -> bool:
 
 
 def _makes_growth(system: OpenLoop) -> bool:
-    """Return whether a loop makes growth itself, at a point where it stays as it is: a pole that it moves.
+    """Return whether a loop makes growth itself, at a point where it stays: a pole it moves.
 
     Others are those of something else that begins there, such as an oscillator.
     """

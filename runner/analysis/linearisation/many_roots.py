@@ -30,7 +30,7 @@ _ON_CIRCLE = 1e-30  # radius of a ball on the circle
 
 
 class PolynomialValues:
-    """Values and derivatives of a polynomial with integer coefficients, to rounding, near z = 1 too."""
+    """Values and derivatives of a polynomial with integer coefficients, near z = 1 too."""
 
     def __init__(self, polynomial: Polynomial) -> None:
         """Take a polynomial; it is counted in the power of two of its largest coefficient, so many `octaves`."""
@@ -61,7 +61,7 @@ class PolynomialValues:
         return value, slope, _ROUNDINGS * _EPSILON * size
 
     def ratio(self, less_one: Complex) -> tuple[Complex, Array]:
-        """Return Newton's step p / p' where z - 1 is given, and the part of it that may be rounding."""
+        """Return Newton's step p / p' where z - 1 is given, and what may be rounding."""
         z = 1.0 + less_one
         step, error = np.empty_like(z), np.empty(len(z))
         inside = (np.abs(z) <= 1.0) | self.are_near(less_one)
@@ -145,7 +145,7 @@ def _are_apart(balls: list[Any]) -> bool:
 
 
 def _is_told(ball: Any) -> bool:
-    """Return whether a ball is on one side of the unit circle, or so small that its root may lie on it."""
+    """Return whether a ball is beside the unit circle, or so small that it may lie on it."""
     return not abs(ball).contains(1) or float(abs(ball).rad()) < _ON_CIRCLE
 
 

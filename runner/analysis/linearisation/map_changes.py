@@ -22,7 +22,7 @@ from proofmass.runner.host.arrays import Array, Complex
 LOOKS = (1, 2, 8, 64)  # periods after which a map is compared
 NEAR = 1e-3  # distance of a pole from the boundary of stability
 _NEGLIGIBLE = 1e-9  # part of a map, of all of it
-_PLACES = (0.01, 0.3, 1.1, 2.3)  # rad a period: no carrier, which turns by a part of a full turn, is there
+_PLACES = (0.01, 0.3, 1.1, 2.3)  # rad a period: no carrier, of a rational turn, is there
 _eig: Any = scipy.linalg.eig
 Parts = tuple[Array, Array, Array, Array]
 Norms = tuple[Array, Array]  # the larger of those before and after a change, and that of the change, at each point
@@ -231,7 +231,7 @@ def _turned(later: Array, poles: Complex, vectors: Complex, reach: Array) -> Com
 
 
 def _scales(size: Array, down: Indices, across: Indices) -> tuple[Array, Array]:
-    """Factors of rows and columns which make them alike: units of the states and wires do not count.
+    """Factors of rows and columns that make them alike: units of the states and wires do not count.
 
     All values of a wire have one unit. A wire behind the states that has no row, or no column, keeps its unit: all of
     these are one of their norm.

@@ -2,7 +2,7 @@
 
 A loop that changes little in the time of its lowest gain crossover is taken as it stands. Where L is negative, at
 higher frequencies, the same motion may change it much more. So it is with a carrier that turns slowly against the ticks
-at which it is demodulated: what a step of the wire does at once depends on where it meets the carrier.
+at which it is demodulated: what a step of the wire does at once depends on the carrier's place.
 
 Others are open but for instants: calibrations that count ticks, take a mean, and then set a parameter. From instant to
 instant a counter goes on by the same step. Where it does not, the loop may be closed for a tick.

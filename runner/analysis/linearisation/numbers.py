@@ -27,7 +27,7 @@ class Orbit:
         values = np.array([[row[key] for key in keys] for row in rows], dtype=float).reshape(len(rows), len(keys))
         swing, size = np.ptp(values, axis=0), np.max(np.abs(values), axis=0)
         steps = np.diff(values, axis=0)
-        straight = (steps >= 0.0).all(axis=0) | (steps <= 0.0).all(axis=0)  # phases, counts, settling
+        straight = (steps >= 0.0).all(axis=0) | (steps <= 0.0).all(axis=0)  # as phases do
         largest = np.array([(sizes or {}).get(key, 0.0) for key in keys])
         moving = (swing > _STILL * size) & (swing > _ROUNDING * largest)
         self._paired = paired

@@ -40,7 +40,7 @@ class OpenLoop:
     continuous: bool = False
     variation: Variation | None = None
     ticks: int = 1  # of a period
-    hidden: tuple[complex, ...] = ()  # poles over the period that no factor moves and the map leaves out
+    hidden: tuple[complex, ...] = ()  # poles over the period no factor moves and the map leaves out
 
     @property
     def matrices(self) -> tuple[Array, Array, Array, Array]:
@@ -89,7 +89,7 @@ class OpenLoop:
         return None if single is None else transfer(*single)
 
     def closed(self, factor: complex = 1.0) -> npt.NDArray[Any]:
-        """The transition matrix over a period of the loop closed through an extra factor at the wire."""
+        """The transition matrix over a period of the loop closed by an extra factor at the wire."""
         if self.map.ticks is not None and not self.hidden:
             return self.map.ticks.closed(self.map.states, factor)
         a, b, c, d = self.matrices
@@ -116,7 +116,7 @@ class OpenLoop:
 
     @cached_property
     def _sparse(self) -> Transfer | None:
-        """The exact quotient of a loop of many states, whose roots are found sooner than eigenvalues."""
+        """The exact quotient of a loop of many states, its roots found sooner than eigenvalues."""
         return self.quotient if not self.continuous and len(self.map.states) > LARGEST_CERTIFIED else None
 
     @cached_property
@@ -163,7 +163,7 @@ class OpenLoop:
         The pole tells it but for whole turns: the mode's strongest line at the wire tells these.
         """
         angle = cmath.phase(pole)
-        if self.continuous or self.per_period == 1 or not pole:  # what is gone after a period has no line
+        if self.continuous or self.per_period == 1 or not pole:  # gone after a period
             return angle
         values, vectors = self._modes
         shown = self._shown(vectors[:, int(np.argmin(np.abs(values - pole)))])

@@ -50,17 +50,17 @@ SAME = 1e-9  # relative change of a map that counts as rounding
 FROZEN, NOTED = 0.02, 1e-3  # largest accepted change of a loop in the time of its lowest crossover, and without a note
 LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks and periods of a map over several periods
 WAITED = 2  # least number of periods that a waiting switch stands still
-_SETTLED_IN = 3.0  # time constants of a loop that a switch lets it be before it is told as it is until then
+_SETTLED_IN = 3.0  # time constants of a loop that a switch lets it be before it is told as before
 _FORGOTTEN, _STRETCHES = 8.0, 3  # time constants of the lowest crossover in a stretch of a run, and how many
 _LATER = 64  # periods by which a stretch may be longer, to end where the orbit is nearly back
 _FEW = 256  # periods, up to which it may be twice as long
 _JUMPS = 16  # instants at which the map is compared
-MOST_MAPS, MOST_COMPARED = 16, 2_000  # periods, and base ticks of them, whose maps are compared one by one
+MOST_MAPS, MOST_COMPARED = 16, 2_000  # periods and base ticks of maps compared one by one
 MOST_SWITCHED = MOST_VALUES  # periods of a map over those of a switch
-_BACK = 0.1  # relative difference allowed between a map of noise over several periods and the next one
+_BACK = 0.1  # relative difference allowed between maps of noise over some periods and the next
 STARTS_UP = 'tick 0 is a start-up, and the loop changes afterwards: use --at settled, or a time, such as --at "0.1 s"'
 _TURNED_AT, _TURNED = 8, 1e-3  # instants of a turn; part by which what a parameter does may differ from one to another
-_EXACTLY = 1e-9  # part of its swing by which a number may miss its old value when an orbit closes for good
+_EXACTLY = 1e-9  # part of its swing, by which a number may miss its old value where orbits close
 
 
 @dataclass(frozen=True)
@@ -128,10 +128,10 @@ class OrbitSearch:
         if all(self._same(first, self._run.map(look)) for look in (1, *changes)) and all(
             self._compared.change(first, self._run.map(look)) <= NOTED for look in apart
         ):
-            return OrbitPoint(first, 1, later=(self._run.map(1),))  # which may differ in last digits
+            return OrbitPoint(first, 1, later=(self._run.map(1),))  # differs in last digits
         maps = dict[int, PeriodMap]()
         looks = {*(look for look in LOOKS if look == 1 or look * self._ticks <= MOST_COMPARED), *changes, *apart}
-        for look in sorted(looks, key=lambda look: (look != 1, -look)):  # most has changed in the last one
+        for look in sorted(looks, key=lambda look: (look != 1, -look)):  # most changed in the last
             maps[look] = self._run.map(look)
             if len(maps) == 2 and self._is_lost(first, maps):
                 break
@@ -187,7 +187,7 @@ class OrbitSearch:
         return not all(np.allclose(first[n], table[n], _TURNED, sizes[n]) for table in tables for n in first)
 
     def _ahead(self, first: PeriodMap, maps: Mapping[int, PeriodMap], switched: Sequence[int]) -> tuple[PeriodMap, ...]:
-        """Return the maps at instants ahead, if a loop that is taken as it stands has other limits there."""
+        """Return maps at instants ahead, if a loop taken as it stands has other limits there."""
         if not self._ends.cut or switched:
             return ()
         last = self._horizon(first)
@@ -227,7 +227,7 @@ class OrbitSearch:
         whole = self._run.map(0, periods)
         if not _passes(whole):
             return None
-        after = self._run.map(whole.tick - self._first + periods, periods)  # it begins with a new value too
+        after = self._run.map(whole.tick - self._first + periods, periods)  # its value is new too
         z = np.asarray(np.exp(1j * np.linspace(0.1, 1.0, 8) * math.pi))
         change = self._compared.effect(whole, after, z)
         if change > FROZEN:
@@ -372,7 +372,7 @@ class OrbitSearch:
 
 
 def turning(plan: Plan) -> set[str]:
-    """Return the sources of a plan that turn: they have no inputs, and are given the time or a state."""
+    """Return sources of a plan that turn: they have no inputs, but the time or a state."""
     return {name for name in given(plan, (Time, Tick, StateBinding)) if not type(plan.blocks[name]).inputs}
 
 

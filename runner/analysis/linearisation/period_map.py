@@ -132,7 +132,7 @@ class PeriodMap:
         return replace(self, matrix=self.matrix + step * self.slopes[parameter], ticks=None)
 
     def with_slopes(self, moved: "PeriodMap") -> "PeriodMap":
-        """Return the map with the slopes of one by parameters, whose own numbers converters do not round."""
+        """Return the map with the slopes of one by parameters, whose numbers are not rounded."""
         n, m, states = self.order, moved.order, _places(self.states, moved.states)
         held = len(moved.inputs) // len(self.inputs) if self.ticks else 1
         rows = np.array([*states, *(m + _places(self.outputs, moved.outputs, held))])
@@ -248,7 +248,7 @@ def period_map(
     stepped = single and ticks > min(plan.stride(inputs[0]), _MANY)
     coded = single or (bool(noise) and not by_parameters and one_model_each(noise))
     code = slopes(ticks, bool(noise), upstream) if coded else None
-    if code is not None and not code.wires.keys() >= {*inputs, *outputs}:  # vectors, and truth values
+    if code is not None and not code.wires.keys() >= {*inputs, *outputs}:  # vectors, truth values
         code = None
     while True:
         begin = with_slopes(memory, plan, point_slopes, rings) if by_parameters else memory.copy()

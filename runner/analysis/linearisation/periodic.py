@@ -30,11 +30,11 @@ from proofmass.runner.plan.planned import Plan
 CLOSED = 1e-10  # part of the size of the states by which an orbit may miss its start
 LONGEST = 10_000  # base ticks of a period
 _SPANS = (100, 2000)  # common periods of the two runs in which an orbit is looked for
-_LONG, _FEW = 100, 4  # beyond so many common periods only the closest orbit is tried, in so few steps
+_LONG, _FEW = 100, 4  # beyond so many common periods only the closest orbit is tried, in few steps
 _SETTLING = 20_000  # base ticks of a run before the search, at most
 _LOOKS = 500  # most comparisons over the longest run, for slow movements
 _STEPS, _NO_NEARER = 30, 10  # of Newton's method, in all and one after the other without coming nearer than before
-_NULL = 1e-11  # part of the largest singular value: a direction on which nothing depends, as a phase
+_NULL = 1e-11  # part of the largest singular one: a direction on which nothing depends, as a phase
 _FAR = 0.1  # of its size, by which a state may differ from that of a run
 _SAME = 1e-8  # relative difference allowed between the maps of two periods
 

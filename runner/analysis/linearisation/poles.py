@@ -32,10 +32,10 @@ from proofmass.runner.host.arrays import Array, Complex
 Verdict = Literal["stable", "marginal", "unstable"]
 _ROUNDINGS = 8  # roundings of each number of a loop in a tick
 _EXACT_BITS = 12  # a number of so few bits is exact, as 0, 1 or 1/2, and not the result of arithmetic
-_SETTLING = 10.0  # time constants of the slowest other mode, within which an operating point may still move
+_SETTLING = 10.0  # time constants of the slowest other mode, in which a point may move
 _EPSILON = float(np.finfo(float).eps)
 _LARGEST = 1e-12  # largest distance by which roundings move a pole
-_SLOWEST = 1e-5  # distance from the boundary of stability above which a mode lets the operating point settle
+_SLOWEST = 1e-5  # a mode's distance from the boundary of stability above which it settles
 _MOVING = 1e-2  # largest distance by which a moving operating point moves a pole
 _APART = 2.0**-150  # offset from a pole at which its vectors are solved for
 _APART_IN_DOUBLES = 1e-11
@@ -215,7 +215,7 @@ def _solved_in_doubles(a: Array, shift: Any, known: Sequence[Any]) -> list[Any]:
 
 
 def _inexact(matrix: Array) -> Array:
-    """Return one where a number is the result of arithmetic, zero where it is exact: of few bits."""
+    """Return one where a number is the result of arithmetic, zero where exact: of few bits."""
     fractions = np.frexp(matrix)[0] * 2.0**_EXACT_BITS
     return np.asarray(fractions != np.round(fractions), dtype=float)
 

@@ -113,7 +113,7 @@ def square(polynomial: Polynomial) -> Polynomial:
 
 
 def positive_roots(polynomial: Polynomial) -> list[Any]:
-    """Return the distinct real roots above zero, smallest first, as balls proved to hold one root each."""
+    """Return the distinct real roots above zero, smallest first, as balls of one root each."""
     precise()
     return isolated(polynomial, BITS) if polynomial.degree() > 0 else []
 

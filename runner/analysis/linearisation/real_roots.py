@@ -102,7 +102,7 @@ def _precise(polynomial: Polynomial, low: Fraction, high: Fraction, bits: int) -
         step = (place - value / slope(place)).mid()
         if value.contains(0) or abs(step - place) < place * _power(-bits):
             ball = flint.arb(step, (step * _power(1 - bits)).upper())
-            enough = flint.ctx.prec >= bits + _FIRST_BITS  # to tell the ends of the ball from each other
+            enough = flint.ctx.prec >= bits + _FIRST_BITS  # to tell the ball's ends apart
             if enough and polynomial(ball.lower()) * polynomial(ball.upper()) < 0:
                 return ball
             flint.ctx.prec *= 2

@@ -71,7 +71,7 @@ def _change(
 def with_slopes(memory: Memory, plan: Plan, slopes: PointSlopes | None, rings: Rings) -> Memory:
     """Return a copy whose numbers have the derivatives of the operating point by the parameters.
 
-    Those that are not among them have the derivatives of the start, where they still have its value.
+    Those that are not among them have the derivatives of the start, while they have its value.
     """
     begin, started = memory.copy(), start(plan)
 

@@ -31,7 +31,7 @@ _eig: Any = scipy.linalg.eig
 
 @dataclass(frozen=True)
 class TickMaps:
-    """The maps of one period, and the places in x of the states that the period begins and ends with."""
+    """The maps of one period, and the places in x of the states the period begins and ends with."""
 
     a: Array  # p x n x n
     b: Array  # p x n
@@ -98,7 +98,7 @@ class TickMaps:
         exponents = np.zeros(count, dtype=np.int64)
         steps, real = self._unscaled(loops), np.dtype(float)
         for k, (a, b, c, loop) in enumerate(zip(self.a, self.b, self.c, loops.T, strict=True), start=1):
-            rows = products.reshape(n, -1).view(real)  # complex numbers are two columns of the same matrix
+            rows = products.reshape(n, -1).view(real)  # complex numbers are two columns of one
             back = (c @ rows).view(loops.dtype).reshape(count, n) * loop[:, None]
             products = (a @ rows).view(loops.dtype).reshape(n, count, n)
             products += b[:, None, None] * back
@@ -167,10 +167,10 @@ class TickMaps:
         return TickMaps(maps[:, 0, :n, :n], maps[:, 0, :n, n], self.c[::each], self.d[::each], self.places)
 
     def lifted(self, states: Sequence[Entry]) -> Array:
-        """Return [A B] and below it [C D] of the period, for some states and all values of the wire."""
+        """Return [A B] and below it [C D] of the period, for some states and all wire values."""
         ticks, n = self.b.shape
         moved, read = np.eye(n, n + ticks), np.zeros((ticks, n + ticks))
-        changed = (self.a != np.eye(n)).any(axis=2)  # others stay as they are: most cells of a delay
+        changed = (self.a != np.eye(n)).any(axis=2)  # others stay: most cells of a delay
         for k in range(ticks):
             known, rows = slice(n + k), np.flatnonzero(changed[k])
             read[k, known] = self.c[k] @ moved[:, known]
@@ -219,7 +219,7 @@ def between(acts: Truths, entered: Truths, read: Truths) -> list[int]:
 
 
 def reached(acts: Truths, begin: Truths) -> Truths:
-    """Return which states can be reached from those of the beginning, where row i leads to column j."""
+    """Return which states are reached from those of the start, where row i leads to column j."""
     every = new = begin
     while new.any():
         new = acts[new].any(axis=0) & ~every

@@ -62,7 +62,7 @@ class Waiting:
         ]
 
     def sources(self, periods: int) -> Array:
-        """Return what sources say in each tick of some periods: a row for each period, and a column."""
+        """Return what sources say in each tick of some periods: a row each, and a column."""
         if not self._wires:
             return np.zeros((periods, 0))
         rows = self._onward.wires(self._wires, periods * self._ticks, self._alone, self._timed, self._entries)

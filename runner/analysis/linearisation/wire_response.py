@@ -58,7 +58,7 @@ class WireResponse(SampledStateSpace):
 
     @classmethod
     def of(cls, whole: PeriodMap) -> Self:
-        """Return the response of a map of one input and one output, without modes that do not show."""
+        """Return the response of a map of one input and one output, without hidden modes."""
         between = whole.between()
         a, b, c, d = between.parts()
         lasting = Lasting(a)

@@ -39,7 +39,7 @@ class Crossing:
 
 
 class CertifiedAxis:
-    """L on the frequency axis. Angles are those of a period, of a continuous loop angular frequencies."""
+    """L on the frequency axis. Angles of a period, or angular frequencies."""
 
     def __init__(self, loop: Transfer, sampled: bool) -> None:
         """Take L in the variable of the state space."""
@@ -70,7 +70,7 @@ class CertifiedAxis:
         separate = turned
         if turned.degree() < 0:  # L is real everywhere and crosses the axis nowhere
             separate = flint.fmpz_poly([1])
-        while (common := separate.gcd(real)).degree() > 0:  # where L is zero or infinite it has no sign
+        while (common := separate.gcd(real)).degree() > 0:  # zero or infinite L has no sign
             separate = separate // common
         found = [self._crossing(y) for y in positive_roots(separate) if real(y) < 0]
         last = self.end()

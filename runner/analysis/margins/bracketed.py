@@ -21,7 +21,7 @@ from proofmass.runner.host.arrays import Array
 RealCurve = Callable[[Array], Array]
 _STEPS = 120
 _EXACT = 1e-15  # relative accuracy of a zero
-_LOWEST, _FLAT = 1e-10, 1e-8  # accuracy of a minimum's place: relative, and as a part of its bracket
+_LOWEST, _FLAT = 1e-10, 1e-8  # accuracy of a minimum's place: relative, and of its bracket
 _ROUNDING = 1e-15
 _GOLDEN = 0.5 * (3.0 - math.sqrt(5.0))
 _QUIET = 0.5  # part of itself by which a growth may change in a step
@@ -68,7 +68,7 @@ def zeros_between(function: RealCurve, low: Array, high: Array, scale: float = 1
 
 
 def lowest_between(function: RealCurve, low: Array, middle: Array, high: Array) -> tuple[Array, Array]:
-    """Return places and values of the minima within brackets, the middle of each lower than its ends.
+    """Return places and values of the minima in brackets, their middles lower than their ends.
 
     Parabolas through three places, and every third time the golden section of the longer part.
     """
@@ -102,7 +102,7 @@ def lowest_between(function: RealCurve, low: Array, middle: Array, high: Array) 
 
 
 def stable_intervals(growths: Growths, places: Array) -> Iterator[tuple[float, float]]:
-    """Yield the intervals between the first place and the last in which a growth is negative, in order."""
+    """Yield the intervals between the first place and the last of negative growth, in order."""
     begin, low, stable = float(places[0]), float(places[0]), None
     for high, value in _told(growths, places):
         if abs(value) <= _HIDDEN:

@@ -16,7 +16,7 @@ from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.tick_maps import others
 from proofmass.runner.host.arrays import Array, Complex
 
-MOST_VALUES = 24  # of a period in which any delay is found; beyond it, delays up to as many as `COUNTED`
+MOST_VALUES = 24  # in a period of any delay; beyond it, delays up to `COUNTED` values
 COUNTED = 64  # values
 _TURNS = 360  # of the circle
 _HALVED = 48  # times that a step of it is
@@ -73,7 +73,7 @@ def _poles(parts: _Parts, turns: Array) -> Complex:
 
 
 def _first_unstable(parts: _Parts) -> int | None:
-    """Return the least number of whole periods that makes a loop unstable that is stable without them."""
+    """Return the least number of whole periods that makes a stable loop unstable."""
     pairs = _on_circle(parts)
     turns, angles, ways = np.array(pairs).reshape(-1, 3).T
     out = np.flatnonzero(ways > 0.0)

@@ -31,9 +31,9 @@ class Figures:
     sensitivity_peak_frequency: float | None = None  # Hz
     bandwidth: float | None = None  # Hz
     distance: float | None = None  # the least |1 + L|; None where L is not a single number
-    stable_gains: tuple[FactorInterval, ...] = ()  # all intervals of factors with which the loop is stable
+    stable_gains: tuple[FactorInterval, ...] = ()  # all intervals of stable factors
     gain_crossovers: tuple[float, ...] = ()  # Hz, where |L| = 1
-    gain_crossover_phases: tuple[float, ...] = ()  # rad, arg(-L) there: the phase that is left until -1
+    gain_crossover_phases: tuple[float, ...] = ()  # rad, arg(-L) there: the phase left until -1
     phase_crossovers: tuple[float, ...] = ()  # Hz, where L < 0
     phase_crossover_gains: tuple[float, ...] = ()  # |L| there
 
@@ -44,7 +44,7 @@ class Figures:
 
     @property
     def least_gain_margin(self) -> float:
-        """Decibels by which the gain may change, to whichever side is nearer; infinite without limit."""
+        """Decibels by which the gain may change, to the nearer side; infinite without limit."""
         return least_gain_margin(self.gain_margin, self.gain_reduction)
 
     def as_data(self) -> dict[str, Any]:
@@ -77,7 +77,7 @@ def nearest_gain(*limits: float | None) -> float | None:
 
 
 def least_gain_margin(*limits: float | None) -> float:
-    """Return the decibels to the factor next to 1 of some that are limits; infinite where none is."""
+    """Return the decibels to the factor next to 1 of some limits; infinite where none is."""
     factor = nearest_gain(*limits)
     return math.inf if factor is None else 20.0 * abs(math.log10(factor))
 

@@ -103,7 +103,7 @@ _Told = tuple[Complex, npt.NDArray[np.bool_]]
 
 
 def _dense_response(a: Array, b: Array, c: Array, z: Complex) -> _Told:
-    """Return c (z - a)^-1 b at places where floating point gives it reliably, and which places these are."""
+    """Return c (z - a)^-1 b at places where floating point gives it reliably, and these places."""
     matrices = z[:, None, None] * np.eye(len(a)) - a
     reliable = np.linalg.cond(matrices, 1) < _TOLD
     solved = np.linalg.solve(matrices[reliable], np.broadcast_to(b.reshape(-1, 1), (int(reliable.sum()), len(a), 1)))

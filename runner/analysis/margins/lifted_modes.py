@@ -59,7 +59,7 @@ def _places(values: Complex, poles: Sequence[Pole]) -> list[int]:
 
 
 def _moved(system: OpenLoop, left: Complex, right: Complex, scale: Array) -> Array:
-    """Return by how much each closed-loop pole moves, at most, by a change of the wire of size one."""
+    """Return how far each closed-loop pole moves, at most, by a change of one at the wire."""
     _, b, c, d = system.matrices
     inverse = np.linalg.inv(np.eye(len(d)) + d)
     into = _sizes(left.conj().T, b @ inverse / scale[:, None])

@@ -60,9 +60,9 @@ MarginValues = tuple[
 _TURN = 2.0 * math.pi
 _OF_TIME = (StateBinding, BufferBinding, Time, Tick)
 _TOGETHER = 256  # sensors whose slopes are kept at a time
-_MOVES = 0.1  # part of L in a period, at least, of a loop that starts up by its motion: far above `NOTED`
+_MOVES = 0.1  # part of L in a period, of a loop that starts up by motion: far above `NOTED`
 _PLACES = math.pi * np.geomspace(1e-3, 0.9, 8)  # rad a period
-_STEADY = 0.1 * FROZEN  # part of L that may change in all that a search for an operating point looks at
+_STEADY = 0.1 * FROZEN  # part of L that may change in all a search for a point looks at
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ class ManyMargins:
         return _Pattern(period, kind, neutral, system.map.period, start)
 
     def _starting(self, node: Endpoint) -> _Period | None:
-        """Return the period of a loop that starts up; None of one that may have an answer at the start."""
+        """Return the period of a loop that starts up; None if it may answer at the start."""
         about = Linearisation(self._plan, self._course)
         there, later = about.opened(node), about.point_of(_ends(node)).later
         period = self._period(about, there, node)
@@ -190,7 +190,7 @@ class ManyMargins:
         )
 
     def _fast(self, pattern: _Pattern, sensors: "Sequence[_Begun]") -> list[MarginValues | None]:
-        """Return the margins of the sensors at one wire, None for those that want the certified path."""
+        """Return the margins of the sensors at one wire, None for those to be certified."""
         values: list[MarginValues | None] = [None] * len(sensors)
         some = dict(enumerate(sensors))
         if pattern.start is not None:
@@ -207,7 +207,7 @@ class ManyMargins:
         return values
 
     def _loops(self, period: _Period, sensors: "Mapping[int, _Begun]") -> Iterator["_Loops"]:
-        """Yield the loops of sensors at one wire, those together whose slopes have the same structure."""
+        """Yield loops of sensors at a wire, together if their slopes have one structure."""
         alike, engine = dict[tuple[bytes, ...], dict[int, TickSlopes]](), None
         for number, begun in sensors.items():
             ran = self._two_periods(period, begun, engine)
@@ -262,7 +262,7 @@ class _Begun:
         return self._memories[tick]
 
     def numbers(self, engine: "CompiledSlopes", memory: Memory) -> "BegunNumbers":
-        """Return the numbers with which an engine begins there, as any other with the same machine code."""
+        """Return the numbers with which an engine begins there, as others with the same code."""
         if memory.tick not in self._numbers:
             self._numbers[memory.tick] = engine.numbers_of(self.course.plan, memory)
         return self._numbers[memory.tick]
@@ -300,7 +300,7 @@ class _Loops:
         return up
 
     def amounts(self, kind: LoopKind, neutral: Neutral | None) -> tuple[Amounts, Truths]:
-        """Return their figures, and which of these are sure: of periods that are the same, or nearly so."""
+        """Return their figures, and which of these are sure: of equal or nearly equal periods."""
         now, known = neutral.left_out(self.now) if neutral else (self.now, np.ones(len(self.numbers), dtype=bool))
         found = amounts(now, kind)
         steady = self.same
@@ -323,7 +323,7 @@ def _loop(system: OpenLoop) -> OpenLoops:
 
 
 def _halves(period: _Period, slopes: TickSlopes) -> tuple[TickSlopes, TickSlopes]:
-    """Return a period and the next one; what the next one does to a loop without gain does not matter."""
+    """Return a period and the next one; what that does to a loop without gain is nil."""
     first, after = slopes.halves()
     return first, after if period.states else first
 

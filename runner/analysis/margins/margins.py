@@ -1,6 +1,6 @@
 """Stability margins of the loops of a graph, from its exact linearisation.
 
-The verdict comes from the closed-loop poles alone, of what the loop sees (`modes`). Of a stable loop:
+The verdict comes from the closed-loop poles alone, those the loop sees (`modes`). Of a stable loop:
 
 - gain margin: the factors next to 1, above and below, which put a pole on the unit circle, -1 / L where L is real;
 - phase margin: the least phase, of either sign, that does, |arg(-L)| where |L| = 1; delay margin: the least delay,
@@ -54,7 +54,7 @@ class Margins(Figures, Plotted):
     loop: str  # its name
     open_at: str  # the output at which it is opened
     verdict: Verdict  # "stable", "marginal" or "unstable"
-    slowest: tuple[Pole, ...]  # closed-loop poles over its period that the loop sees, the slowest first
+    slowest: tuple[Pole, ...]  # closed-loop poles over its period the loop sees, slowest first
     hidden: tuple[Mode, ...]  # modes that do not decay and that the loop does not see
     period: float  # s; 0 of a continuous loop
     sample: float  # s, of the wire
@@ -80,7 +80,7 @@ class Margins(Figures, Plotted):
         return f"<Margins of {self.loop}: {self.verdict}{shown}>"
 
     def to_pandas(self) -> "pandas.Series":
-        """Return the figures by name, in the units of their names; NaN for a margin without limit."""
+        """Return the figures by name, in the units named; NaN for a margin without limit."""
         need("pandas")
         # start-up time: pandas takes 0.5 s
         import pandas

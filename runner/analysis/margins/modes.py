@@ -30,7 +30,7 @@ from proofmass.runner.host.arrays import Array
 
 @dataclass(frozen=True)
 class Mode:
-    """A mode that the loop does not see, and the blocks that hold it, those that move most first."""
+    """A mode that the loop does not see, and the blocks that hold it, the most moved first."""
 
     pole: Pole
     times: int  # how often the loop has it

@@ -127,7 +127,7 @@ def _draw_bode(
 
 
 def _gain_margin_at(margins: Margins, factor: float) -> float | None:
-    """Return the frequency of a limit of the gain; if only the factor is known, that of a crossover."""
+    """Return the frequency of a limit of the gain; by the factor alone, that of a crossover."""
     if factor == margins.gain_margin and margins.gain_margin_frequency:
         return None if math.isinf(margins.gain_margin_frequency) else margins.gain_margin_frequency
     return _crossover(margins.phase_crossovers, margins.phase_crossover_gains, 1.0 / factor)
@@ -153,7 +153,7 @@ def _distance(panel: "Axes", place: float, first: float, last: float, text: str,
         "", (place, last), (place, first), arrowprops={"arrowstyle": "<->", "color": ORANGE, "shrinkA": 0, "shrinkB": 0}
     )
     low, high = panel.get_xlim()
-    if side == "left" and math.log(place / low) > _NEAR_END * math.log(high / low):  # no room to the right
+    if side == "left" and math.log(place / low) > _NEAR_END * math.log(high / low):  # little room
         side = "right"
     up = 1.0 if first > last else -1.0
     panel.annotate(

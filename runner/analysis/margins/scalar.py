@@ -16,7 +16,7 @@ Axis = CertifiedAxis | SweptAxis
 
 
 def axis_of(loop: Transfer, sampled: bool, poles: Sequence[complex] = ()) -> Axis:
-    """Return L on its axis: of a sampled loop of many states with these closed-loop poles, over a grid."""
+    """Return L on its axis: of a sampled loop of many states with these poles, over a grid."""
     many = sampled and loop.degree > LARGEST_CERTIFIED
     return SweptAxis(loop, poles) if many else CertifiedAxis(loop, sampled)
 
@@ -107,7 +107,7 @@ def _outside(axis: Axis, factors: FactorInterval) -> int:
 
 
 def _crossing(axis: Axis, limit: _Limit) -> float:
-    """Return how many more poles are outside beyond a critical factor; NaN where that is not certain."""
+    """Return how many more poles are outside beyond a critical factor; NaN if uncertain."""
     outwards = math.nan if math.isinf(limit.w) else axis.outwards(limit.factor, limit.w)
     if not abs(outwards) > TANGENTIAL:
         return math.nan

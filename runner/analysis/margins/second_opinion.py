@@ -31,7 +31,7 @@ class SecondOpinion(NamedTuple):
 
     loop: str
     stable: bool | None = None
-    gain_margin_db: float | None = None  # the distance from 0 dB of the factor next to 1; None without limit
+    gain_margin_db: float | None = None  # from 0 dB to the factor next to 1; None without limit
     phase_margin_deg: float | None = None
     differences: tuple[str, ...] = ()
     reason: str = ""

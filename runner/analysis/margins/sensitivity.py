@@ -102,7 +102,7 @@ def margin_sensitivities(planned: Plan, margins: Margins, system: OpenLoop) -> l
 
 
 def by_gain(system: OpenLoop, margins: Margins) -> Callable[[str], float]:
-    """Derivative of the gain margin in decibels by each parameter, to the side where it is nearer."""
+    """Derivative of the gain margin in decibels by each parameter, to the nearer side."""
     factor = margins.nearest_gain or 1.0
     frequency = margins.gain_margin_frequency if factor == margins.gain_margin else None
     to_decibels = 20.0 / math.log(10.0) / (factor if factor > 1.0 else -factor)
@@ -119,7 +119,7 @@ def by_gain(system: OpenLoop, margins: Margins) -> Callable[[str], float]:
 
 
 def by_turn(system: OpenLoop, margin: float) -> Callable[[str], float]:
-    """Derivative of the phase margin, in degrees, of a loop with several values of its wire in a period."""
+    """Derivative of the phase margin, in degrees, of a loop with several values in a period."""
     turn = cmath.exp(-1j * margin)
     by_factor = _by_factor(system, turn)
     along, vectors = _critical(system, turn, by_factor)

@@ -19,7 +19,7 @@ from proofmass.runner.host.arrays import Array, Complex, Truths
 
 _SLOWEST, _DENSITY = 1e-7, 40  # rad in a sample, and points of a decade from there to half the rate
 _AROUND = np.linspace(-1.0, 1.0, 30)  # of each crossover of the first loop, for each of some widths
-_WIDEST, _BETWEEN = 0.3, 3.0  # largest width, as a part of the frequency, and points between neighbours
+_WIDEST, _BETWEEN = 0.3, 3.0  # largest width, by the frequency, and points between
 _HALVINGS = 32  # a step from the state space follows
 _STEP = 1e-5  # part of a frequency, by which a crossover may lie beside that of the polynomials
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -89,7 +89,7 @@ class Neutral:
 
 
 def neutral_mode(loop: OpenLoops) -> Neutral | None:
-    """Return the mode at 1 of the only loop that no gain moves; None if there is none, or not one alone."""
+    """Return the mode at 1 of the only loop that no gain moves; None if there is not just one."""
     scale = balanced(_closed(loop)[0])[1]
     modes = (Neutral(scale, seen) for seen in (False, True))
     return next((mode for mode in modes if mode.left_out(loop)[1].all()), None)
@@ -111,7 +111,7 @@ def _scaled(loops: OpenLoops, s: Array) -> OpenLoops:
 
 
 class Amounts(NamedTuple):
-    """Figures of loops, a row each, infinite where there is no limit; and which rows are certain."""
+    """Figures of loops, one a row, infinite where there is no limit; and which rows are certain."""
 
     size: Array  # of the slowest pole of the closed loop
     gain_margin: Array  # factor
@@ -155,7 +155,7 @@ def amounts(loops: OpenLoops, kind: LoopKind) -> Amounts:
 
 
 def responses(loops: OpenLoops, w: Array) -> Complex:
-    """Return L at a few frequencies from the state space: polynomials of many states lose its digits."""
+    """Return L at a few frequencies from the state space: polynomials of many lose its digits."""
     a, b, c, d = loops
     known = np.exp(1j * np.where(np.isnan(w), 1.0, w))[:, :, None, None] * np.eye(a.shape[1]) - a[:, None]
     x = np.linalg.solve(known, np.broadcast_to(b[:, None, :, None], (*w.shape, a.shape[1], 1)))[..., 0]
@@ -213,7 +213,7 @@ class _Chain:
         counts &= np.isfinite(found)
         if negative:
             size = -self.at(found).real
-            counts &= (size > 1.0 / LARGEST_FACTOR) & (size < LARGEST_FACTOR)  # others are no limits
+            counts &= (size > 1.0 / LARGEST_FACTOR) & (size < LARGEST_FACTOR)  # others do not limit
         return np.where(counts, found, np.nan), (counts.sum(axis=1) == len(known)) & ~touching
 
     def _corrected(self, w: Array, of: Callable[[Complex], Array]) -> Array:

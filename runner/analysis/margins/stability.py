@@ -54,7 +54,7 @@ def all_margins(planned: Plan, loop: str = "", at: At = AUTO) -> dict[str, Margi
 
 
 def margins_or_reasons(points: OperatingPoints, loop: str = "") -> dict[str, Margins | ModelError]:
-    """Return the margins of every loop by name, or of the one that is wanted; or why a loop has none."""
+    """Return the margins of every loop by name, or the one wanted; or why a loop has none."""
     planned = points.plan
     answers = dict[str, Margins | ModelError]()
     for name, node in loop_nodes(planned, loop).items():

@@ -24,7 +24,7 @@ def doubled(columns: Array, power: Array, count: int) -> tuple[Array, Array]:
 
 
 def step_response(margins: Margins) -> tuple[Array, Array]:
-    """Return times in seconds, and the values at the wire: a row for each, with all values of a period."""
+    """Return times in seconds, and values at the wire, a row each, with all of a period."""
     system, poles = margins.system, margins.poles
     _, b, c, d = system.matrices
     inverse = np.linalg.inv(np.eye(len(d)) + d)

@@ -39,7 +39,7 @@ class SweptAxis:
         """Take L in z, and all poles of the closed loop."""
         self._loop, self._poles = loop, np.array(poles, dtype=complex)
         self._circle = OnCircle(loop)
-        self._degree = loop.degree - zeros(loop.denominator)  # of f N + D, less what `_closed` leaves out
+        self._degree = loop.degree - zeros(loop.denominator)  # of f N + D in `_closed`
 
     def values(self, w: Array) -> Complex:
         """Return L at angles."""

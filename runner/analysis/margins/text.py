@@ -19,7 +19,7 @@ _VERDICTS = {"stable": "stable", "marginal": "MARGINAL", "unstable": "UNSTABLE"}
 
 
 def margins_text(margins: Margins) -> str:
-    """Return the numbers of one loop: its verdict, then margins if it is stable, or the way back if not."""
+    """Return the numbers of one loop: its verdict, then margins if stable, else the way back."""
     head = f"loop {margins.loop}" + (f", opened at {margins.open_at}" if margins.loop != margins.open_at else "")
     poles = [pole for pole in margins.slowest if pole.value.imag >= 0.0][:_SLOWEST]
     turns = [abs(margins.system.turn(pole.value)) for pole in poles] if margins.period else [0.0] * len(poles)

@@ -36,7 +36,7 @@ _CHANGED = 0.1  # part by which the mean square of the second half of the window
 def budgets_along(
     points: OperatingPoints, outputs: Sequence[str], band: tuple[float, float] | None, frequencies: Sequence[float]
 ) -> list[NoiseBudget | ModelError]:
-    """Return the budgets of outputs over the last part of the graph's own run, or why one has none."""
+    """Return the budgets of outputs over the last part of the graph's own run, or why not."""
     planned, ticks = points.plan, points.plan.ticks()
     nodes = [node_of(planned, output) for output in outputs]
     period = math.lcm(*(planned.stride(node) for node in nodes))

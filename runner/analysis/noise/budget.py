@@ -1,4 +1,4 @@
-"""The noise budget of an output: what each source contributes, and what it amounts to at an input."""
+"""The noise budget of an output: what each source contributes, also at an input."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -74,7 +74,7 @@ def noise(
     With `derivatives` those of the rms by every real parameter come too, exactly, and what one more of each whole
     number of a quantiser does to it, such as one more bit.
 
-    Raises `ModelError` for a graph that cannot be linearised, and for an output that no noise reaches.
+    Raises `ModelError` for a graph that cannot be linearised, and for an output no noise reaches.
 
     `graph` is linearised; `output` and `input` are "block.port".
 

@@ -35,7 +35,7 @@ class Stretch:
 
     def __init__(self, window: Array, first: int, turns: Array) -> None:
         self.window, self._first, self._turns = window, first, turns
-        self._shared: dict[str, Array] = {}  # E[Z x'], of the real part of Z and below of the imaginary one
+        self._shared: dict[str, Array] = {}  # E[Z x'], of the real part of Z, then the imaginary
         self.powers, self.squares = dict[str, Array](), dict[str, Array]()
 
     def moved(self, number: int, slopes: "GroupSlopes", rows: range, covariances: Mapping[str, Array]) -> None:

@@ -96,7 +96,7 @@ class NoiseBudget(Plotted):
 
     @property
     def referred_unit(self) -> str:
-        """Unit of the figures: of the input that they are referred to, or of the output without one."""
+        """Unit of the figures: of the input they refer to, or of the output without one."""
         return self.input_unit if self.input else self.unit
 
     @property

@@ -94,7 +94,7 @@ class NoiseMap(SampledStateSpace):
         _, b, _, d = self.matrices
         q = self.observed
         weight = self.variances * (np.einsum("ik,ij,jk->k", b, q, b) + np.sum(d**2, axis=0) / self.values)
-        return np.asarray(self._by_source(np.maximum(weight, 0.0)[None])[0])  # a large Q may round below
+        return np.asarray(self._by_source(np.maximum(weight, 0.0)[None])[0])  # large Q may round so
 
     @cached_property
     def observed(self) -> Array:
@@ -103,7 +103,7 @@ class NoiseMap(SampledStateSpace):
         return summed(a.T, c.T @ c / self.values)
 
     def densities(self, frequencies: Array) -> Array:
-        """One-sided density at the output by each source: a row for each frequency, in unit^2/Hz."""
+        """One-sided density at the output by source: a row for each frequency, in unit^2/Hz."""
         width = max(1, _LARGEST // max(1, len(self.matrices[0]) + len(self.inputs) + self.values))
         parts = (frequencies[i : i + width] for i in range(0, len(frequencies), width))
         rows = [self._by_source(np.abs(self.heard(part)) ** 2 * self.variances) for part in parts]

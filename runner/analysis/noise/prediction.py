@@ -17,7 +17,7 @@ _POINTS = 400  # points above these periods
 
 
 def allan_deviation(frequencies: Array, density: Array, period: float, taus: Array) -> Array:
-    """The deviation of values that lie a period apart, with a density that is known at some frequencies."""
+    """The deviation of values that lie a period apart, with a density known at some frequencies."""
     logarithms = np.log(np.maximum(density, 1e-300))
 
     def at(f: Array) -> Array:

@@ -64,12 +64,12 @@ class Dither:
 
     @property
     def turns(self) -> bool:
-        """Return whether the error follows the sign of what is cut, by more than 1 % of its motion."""
+        """Return whether the error follows the sign of what is cut, by over 1 % of its motion."""
         return self.cut and self.rms < ENOUGH_CUT
 
 
 def dithers(whole: PeriodMap, kept: MutableMapping[Hashable, Any]) -> Iterator[Dither]:
-    """The motion of each quantiser's input, at its least over the period; infinite where it has no bound.
+    """The motion of each quantiser's input, at its least over the period; infinite without bound.
 
     Maps to several outputs hold the same maps to their quantisers: what is found of these is `kept`, and what is found
     of their states, which quantisers of a loop share.
@@ -114,7 +114,7 @@ def _squares(c: Array, d: Array, p: Array, variances: Array) -> Array:
 
 
 def strained(about: Linearisation, ends: Ends, target: Endpoint, whole: PeriodMap, to_output: NoiseMap) -> str:
-    """Return a note where the noise of an output is another at what a run with noise gets to, or ""."""
+    """Return a note where the noise of an output is another where a run with noise gets, or ""."""
     total = float(sum(to_output.mean_squares))
     if not to_output.settles or not total:
         return ""
@@ -149,7 +149,7 @@ class _Along:
         self._maps = dict[int, PeriodMap | None]()
 
     def map(self, number: int) -> PeriodMap | None:
-        """Return one by its number, from 1 on; None if there is none, which is no refusal of a budget."""
+        """Return one by its number, from 1 on; None without, which refuses no budget."""
         if number not in self._maps:
             self._maps[number] = None
             with suppress(ModelError, TickError):

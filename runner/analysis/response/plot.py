@@ -17,7 +17,7 @@ _STEPS = 400  # values up to which an output is drawn as held
 
 
 def plot_response(of: Response) -> "Figure":
-    """Gain and phase on the left; on the right the step response and how far the simulation is off."""
+    """Gain and phase on the left; on the right the step response and the simulation's error."""
     with sheet(11.0, 5.6, f"{of.output} by {of.input}") as figure:
         places = figure.add_gridspec(2, 2, width_ratios=(3, 2))
         _draw_gain(figure.add_subplot(places[0, 0]), of)

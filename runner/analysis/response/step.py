@@ -110,7 +110,7 @@ def _figures(times: Array, values: Array, final: float) -> StepFigures:
 
 
 def _reached(times: Array, part: Array, share: float) -> float | None:
-    """Return when a share of the final value is first reached, between two values on a straight line."""
+    """Return when a share of the final value is first reached, on a line between two values."""
     above = np.flatnonzero(part >= share)
     return _crossed(times, part, int(above[0]), share) if len(above) else None
 

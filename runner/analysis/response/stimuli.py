@@ -49,13 +49,13 @@ class Repetition:
         return np.asarray(self.lines / (self.periods * period))
 
     def spectrum(self, entries: int) -> "np.ndarray[tuple[int, int], np.dtype[np.complex128]]":
-        """Fourier coefficients over the periods, of each of the values of a period: a row for each line."""
+        """Fourier coefficients over the periods, of each value of a period: a row a line."""
         lifted = np.fft.fft(self.values.reshape(self.periods, entries), axis=0) / self.periods
         return np.asarray(lifted[self.lines % self.periods])
 
 
 def repetitions(of: Stimulus, wires: WireResponse, bandwidth: float | None) -> list[Repetition]:
-    """Return the stimuli to run, one after the other; raises `ModelError` for a band that does not suit."""
+    """Return the stimuli to run, one after the other; raises `ModelError` for an unfit band."""
     if of.kind not in KINDS:
         hint = did_you_mean(of.kind, KINDS, "the stimuli")
         raise Problem(message="there is no such stimulus", key="simulate", got=of.kind, hint=hint).error
@@ -85,7 +85,7 @@ def _shapes(
         order = np.arange(len(lines))
         phases = -np.pi * order * (order - 1) / len(lines)
         yield np.sum([np.cos(k * turn + phase) for k, phase in zip(lines, phases, strict=True)], axis=0), lines
-    elif kind == "chirp":  # from the first line to the last: it ends in the phase that it began with
+    elif kind == "chirp":  # from the first line to the last: it ends in the phase it began with
         first, last = int(lines[0]), int(lines[-1])
         last += (first + last) % 2
         part = turn / (2.0 * np.pi)

@@ -38,7 +38,7 @@ class ScaledBound(NamedTuple):
 def upper_bound(
     matrix: Complex, sizes: Sequence[int], begin: Array | None = None, close: float = _CLOSE
 ) -> ScaledBound:
-    """Return the least of the largest singular values over all scalings of blocks of these sizes."""
+    """Return the least of the largest singular values over all scalings of such blocks."""
     count = len(sizes)
     start = np.zeros(count) if begin is None else np.asarray(begin, dtype=float)
     value, slope = _largest(matrix, sizes, start)
@@ -106,7 +106,7 @@ def _largest(matrix: Complex, sizes: Sequence[int], scales: Array) -> tuple[floa
 
 
 def lower_bound(matrix: Complex, sizes: Sequence[int]) -> tuple[float, Complex]:
-    """Return a size that a perturbation reaches, and its factors of size one, a factor for each block.
+    """Return a size a perturbation reaches, and its factors of size one, a factor for each block.
 
     Power iteration from several starts; the perturbation of a block is one factor for all of its values.
     """

@@ -60,8 +60,8 @@ class Together:
     alone: tuple[float, ...] = ()  # disk margin of each loop
     unstructured: float | None = None  # margin that perturbations between the wires would leave
     frequencies: Array = field(default_factory=lambda: np.zeros(0))  # Hz
-    bounds: Array = field(default_factory=lambda: np.zeros(0))  # of mu at these frequencies, from above
-    of_each: Array = field(default_factory=lambda: np.zeros((0, 0)))  # |S_ii - 1/2|, a row for each loop
+    bounds: Array = field(default_factory=lambda: np.zeros(0))  # of mu there, from above
+    of_each: Array = field(default_factory=lambda: np.zeros((0, 0)))  # |S_ii - 1/2|, one a loop
     # the largest |S_ij| over all frequencies, S = (I + L)^-1, from wire j to wire i; and the same of T = I - S
     sensitivities: Array = field(default_factory=lambda: np.zeros((0, 0)))
     complementary: Array = field(default_factory=lambda: np.zeros((0, 0)))
@@ -138,7 +138,7 @@ def of_system(
     open_at: Sequence[str] = (),
     notes: tuple[str, ...] = (),
 ) -> Together:
-    """Return the margin of an open loop of several wires, with so many values of each in a period."""
+    """Return the margin of an open loop of several wires, with some values of each in a period."""
     system, verdict, _, hidden = seen(system)
     notes = (*notes, *(f"without {mode}" for mode in hidden))
     base = Together(loops=tuple(loops), open_at=tuple(open_at or loops), verdict=verdict, notes=notes)
@@ -245,7 +245,7 @@ def _balanced(matrix: Complex, sizes: Sequence[int]) -> float:
 
 
 def _refined(system: OpenLoop, sizes: Sequence[int], low: float, middle: float, high: float) -> tuple[float, float]:
-    """Return the frequency and value of the peak of mu between two frequencies, by golden section."""
+    """Return the frequency and value of the peak of mu between frequencies, by golden section."""
     scales: Any = None
 
     def value(w: float) -> float:

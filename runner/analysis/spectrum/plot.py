@@ -15,7 +15,7 @@ _LINES = 4000  # drawn at most: each stretch of frequency by its lowest and high
 
 
 def plot_spectrum(of: Spectrum, figures: Tones | None = None, band: tuple[float, float] | None = None) -> "Figure":
-    """Amplitude density on logarithmic axes; the tone, the largest spur and the band where there are any."""
+    """Amplitude density on logarithmic axes; tone, largest spur and band if any."""
     with sheet(9.0, 4.8, f"Spectral density of {of.name or 'the signal'}") as figure:
         panel = figure.subplots()
         lines = np.flatnonzero((of.frequencies > 0.0) & (of.density > 0.0))

@@ -87,7 +87,7 @@ def tones(of: Spectrum, *, tone: float = 0.0, band: tuple[float, float] | None =
     step = of.step
     floor = float(np.mean(of.density[rest]))
     noise = float(np.sum(np.where(rest, of.density, _beneath(of, rest, lobe))[of.within(band)])) * step
-    beneath = min(floor, float(np.median(of.density[rest])) / math.log(2.0))  # another tone lifts the mean
+    beneath = min(floor, float(np.median(of.density[rest])) / math.log(2.0))  # tones lift the mean
     signal = _above(of, main_lobe, beneath)
     distortion = _above(of, harmonic, beneath)
     beside = np.where(inside & ~main_lobe, power, -1.0)

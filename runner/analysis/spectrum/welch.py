@@ -71,7 +71,7 @@ class Spectrum(Told, Plotted):
 
     @property
     def coherent_gain(self) -> float:
-        """Mean of the window: what it makes of the amplitude of a tone, which `power` makes up for."""
+        """Mean of the window: what it makes of a tone's amplitude, which `power` makes up for."""
         return terms(self.window)[0]
 
     @cached_property
@@ -135,8 +135,8 @@ def spectrum(
     """The one-sided spectral density of a trace, a series or, with their `rate` in Hz, of plain values.
 
     Segments of so many values overlap by half. Without a `segment` it is the largest power of two
-    of which 8 fit into the signal; with 0 it is the whole signal, which shows tones best. Raises
-    `ModelError` for a signal of under 16 values, and for a segment that does not fit.
+    of which 8 fit into the signal; with 0 it is the whole signal, which shows tones best.
+    Raises `ModelError` for a signal of under 16 values, and for a segment that does not fit.
 
     `signal` is in its own unit, or plain values in `unit`. `window` is rectangular, hann, hamming,
     blackman-harris, nuttall, blackman-harris-7 or flat-top.

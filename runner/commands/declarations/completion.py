@@ -71,7 +71,7 @@ def _beginning(names: Iterable[str], incomplete: str) -> list[CompletionItem]:
 
 
 def _of_graph(context: click.Context, what: str) -> list[str]:
-    """Parameters or outputs of the graph that stands on the command line; none where it cannot be read."""
+    """Parameters or outputs of the graph on the command line; none if unreadable."""
     # start-up time of every other command
     from proofmass.blocks.declaration.problem import ModelError
     from proofmass.graphs.files.toml_reader import read_graph

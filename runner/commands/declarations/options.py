@@ -33,7 +33,7 @@ class Row(NamedTuple):
 
 @dataclass_transform()
 class Request:
-    """A call of a command: its docstring is the help, `does` the function of the commands that takes it."""
+    """A call of a command: its docstring is the help, `does` the function that takes it."""
 
     does: ClassVar[str] = ""
 
@@ -88,7 +88,7 @@ def argument(**settings: Any) -> Any:
 
 
 class LibraryFile(click.Path):
-    """A file, or one of the packaged library by its name: `library:NAME`, whose `.toml` may be left out."""
+    """A file, or one of the packaged library: `library:NAME`, without or with `.toml`."""
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[Any]:
         """Return what a shell may write."""

@@ -25,7 +25,7 @@ ORDERS = (3, 4)
 
 
 class Coefficient(NamedTuple):
-    """A fitted number and half of its confidence interval; infinite if the readings do not determine it."""
+    """A fitted number and half of its confidence interval; infinite if undetermined."""
 
     name: str
     value: float

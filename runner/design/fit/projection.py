@@ -22,7 +22,7 @@ MOST_ITERATIONS = 300
 REFINED = 4  # of the scanned starts
 CHOOSING = 2000  # rows that choose a start
 SCANNED = (-20.0, -8.0, -4.0, -2.0, -1.0, -0.3, 0.3, 1.0, 2.0, 4.0, 8.0, 20.0)
-STATIONARY = 1e-8  # cosine between residual and its derivatives; 1e-12 of the squares from the optimum
+STATIONARY = 1e-8  # cosine of residual and derivatives; 1e-12 of the squares from the optimum
 EXACT = 1e-13  # residual against data, of a fit that leaves nothing
 
 
@@ -69,7 +69,7 @@ class Optimum(NamedTuple):
 
 
 def project(family: ExponentialFamily, exponents: Sequence[float], x: AnyArray, v: AnyArray) -> Projected:
-    """Eliminate the linear coefficients; columns are scaled so that the largest entry is about 1."""
+    """Eliminate the linear coefficients; columns are scaled to entries of about 1."""
     waves = [np.exp(b * x - abs(b)) for b in exponents]
     terms = [np.ones_like(x) if of is None else waves[of] * x**power for of, power in family.terms]
     columns = np.stack(terms, axis=1)

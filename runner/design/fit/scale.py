@@ -48,7 +48,7 @@ class ScaledReadings:
         return (first, second), b
 
     def reaches(self, exponents: tuple[float, float]) -> bool:
-        """Return whether such steep exponentials, counted from zero temperature, can be computed."""
+        """Return whether such steep exponentials, from zero temperature, can be computed."""
         return max(map(abs, exponents)) * self.largest <= LARGEST_ARGUMENT
 
     def refuse(self, exponents: tuple[float, float], hint: str) -> None:

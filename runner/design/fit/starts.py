@@ -34,7 +34,7 @@ class Arrivals:
 
 
 def from_starts(report: FitReport, grid: Sequence[float] = GRID) -> tuple[Arrivals, Arrivals]:
-    """Run both methods from every pair of the grid, without the choice of a start that `fit` makes."""
+    """Run both methods from every pair of the grid, without the start that `fit` chooses."""
     readings = report.readings
     scaled, rows = ScaledReadings(readings), len(readings.output)
     enough = report.fits[0].rmse * (1.0 + SHORT) + NOTHING * report.before

@@ -35,7 +35,7 @@ def text(report: FitReport) -> str:
 
 
 def starts_text(arrivals: Sequence[Arrivals]) -> str:
-    """Return how many starts of the grid reach the optimum, in how many iterations, and which do not."""
+    """Return how many starts of the grid reach the optimum, in how many steps, and which do not."""
     lines = []
     for method in arrivals:
         there = sorted(arrival.iterations for arrival in method.all if arrival.reached)

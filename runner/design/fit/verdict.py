@@ -82,7 +82,7 @@ def _reasons(readings: Readings, scaled: ScaledReadings, optimum: Optimum) -> It
 
 
 def _constant_left(readings: Readings, scaled: ScaledReadings, squares: float, floor: float) -> Iterator[Problem]:
-    """Yield a problem if the output has a constant that is larger than the effect of the temperature."""
+    """Yield a problem if the output has a constant above the effect of the temperature."""
     rows = len(scaled.v)
     if rows <= DOUBLE_AND_CONSTANT.coefficients:
         return

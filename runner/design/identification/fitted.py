@@ -36,7 +36,7 @@ _FAR = 0.5  # part of the variance below which another start may explain more
 
 @dataclass(frozen=True)
 class Estimate:
-    """An unknown: its value, and half of its interval of 95 %, infinite where it is not determined."""
+    """An unknown: its value, and half of its interval of 95 %, infinite if undetermined."""
 
     name: str
     unit: str
@@ -88,7 +88,7 @@ class Fitted(Told, Plotted):
     interrupted: bool  # True after Ctrl-C
     recordings: tuple[RecordedStretch, ...]  # as they were read
     modelled: tuple[Mapping[str, AnyArray], ...]  # outputs of each recording with the fitted values
-    written: Mapping[str, str]  # names of parameters as a person wrote them, by those of the flat graph
+    written: Mapping[str, str]  # names of parameters as written, by those of the flat graph
 
     @property
     def determined(self) -> bool:
@@ -245,7 +245,7 @@ def _refuse_few(solver: UnknownsSolver, unknowns: Sequence[Unknown]) -> None:
 
 
 def _best(solver: UnknownsSolver, unknowns: Sequence[Unknown], starts: int, seed: int) -> tuple[Solution, int, bool]:
-    """Return the best solution of all starts, how many end there, and whether Ctrl-C ended the search."""
+    """Return the best of all starts, how many end there, and whether Ctrl-C ended it."""
     begin = np.array([unknown.start for unknown in unknowns])
     drawn = np.random.default_rng(seed).random((max(starts - 1, 0), len(unknowns)))
     others = [np.array([u.sampled(p) for u, p in zip(unknowns, row, strict=True)]) for row in drawn]

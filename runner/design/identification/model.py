@@ -44,7 +44,7 @@ class RecordingModel:
         self.runs = 0
 
     def outputs(self, values: Mapping[str, float], delays: Mapping[str, float]) -> list[AnyArray] | None:
-        """Return each output at the recorded times, in the order of their names; None if the run fails."""
+        """Return each output at the recorded times, by name; None if the run fails."""
         self.runs += 1
         try:
             changed = varied(self.plan, changed_blocks(self.plan.blocks, self._adjustable.settings(values)))

@@ -27,7 +27,7 @@ _ASIDE = 0.025  # probability beyond each end of an interval of 95 %
 
 @dataclass(frozen=True)
 class NoiseLevel:
-    """The level of a source, None where what is left is no more than what the other sources make."""
+    """The level of a source, None where it is no more than what other sources make."""
 
     parameter: str
     unit: str
@@ -86,12 +86,12 @@ def noise_levels(
 
 
 def _budgets(graph: Graph, signals: Iterable[str]) -> dict[str, NoiseBudget]:
-    """Return the budgets of the outputs that have one; raises the `ModelError` of the first if none has."""
+    """Return budgets of the outputs that have one; raises the first `ModelError` if none has."""
     budgets, refused = dict[str, NoiseBudget](), list[ModelError]()
     for signal in signals:
         try:
             budgets[signal] = noise(graph, signal)
-        except ModelError as error:  # such as that no noise reaches it: levels follow from the others
+        except ModelError as error:  # such as no noise reaches it: levels follow from the others
             refused.append(error)
     if not budgets:
         raise refused[0]
@@ -99,5 +99,5 @@ def _budgets(graph: Graph, signals: Iterable[str]) -> dict[str, NoiseBudget]:
 
 
 def _larger_half(free: float) -> float:
-    """Return the larger half of the interval of a standard deviation, relative to it, by chi-square."""
+    """Return the larger half interval of a standard deviation, relative to it, by chi-square."""
     return math.sqrt(0.5 * free / float(scipy.special.gammaincinv(0.5 * free, _ASIDE))) - 1.0

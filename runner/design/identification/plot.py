@@ -1,4 +1,4 @@
-"""A picture of a fit to recordings: each output with its run, what is left, and its autocorrelation."""
+"""A picture of a fit to recordings: outputs with runs, what is left, its autocorrelation."""
 
 from typing import TYPE_CHECKING
 

@@ -25,13 +25,13 @@ LOSSES = {"linear": "linear", "robust": "soft_l1", "outliers": "cauchy"}
 _FIRST_STEP = 1e-4  # relative step of an unknown before its standard error is known
 _SMALLEST, _LARGEST = 1e-7, 1e-2  # bounds of the relative step of an unknown
 _WIDEST, _WIDENINGS, _ALIKE = 1.0, 8, 0.7  # of one that moves codes alone; how often it may be; logarithm of a change
-_MOVED, _CODES = 3e-3, 10.0  # a step moves an output by this part of its size, or by this many codes
+_MOVED, _CODES = 3e-3, 10.0  # a step moves an output by this part of its size, or so many codes
 _OF_CODED = 0.3  # part of its size by which it moves at least what comes in codes
 _FEW_CODES = 0.5  # an output with fewer values than this part of its rows comes from a converter
 _WHOLE = 1e-6  # or one that has values twice, which lie whole numbers of steps apart to this part
 _PASSES, _SETTLED = 4, 0.01  # passes of the estimate of noise, and its last relative change
 _WEAK = 3.0  # an unknown that the recordings do not determine may stray by this many times its size
-_POLISHES, _NEAR, _ROUGH = 4, 3.0, 1.0  # last steps; their length in units of the noise; increase of squares
+_POLISHES, _NEAR, _ROUGH = 4, 3.0, 1.0  # last steps; length in units of noise; increase of squares
 _STILL = 0.1  # a step this small, in units of the noise, is the last
 _TINY, _TIMES = 1e-3, 3.0  # part of a step to which only rounding responds, and how far it may exceed that response
 _FAILED = 1e6  # residual of a run that fails
@@ -40,7 +40,7 @@ _minimise: Any = scipy.optimize.least_squares
 
 @dataclass(frozen=True)
 class Solution:
-    """End of a fit: the unknowns, residuals in units of the noise, their derivatives, and the noise."""
+    """End of a fit: the unknowns, residuals by the noise, their derivatives, the noise."""
 
     values: AnyArray
     residuals: AnyArray  # of recordings alone
@@ -103,7 +103,7 @@ class UnknownsSolver:
         return float(np.std(values)) or float(np.max(np.abs(values))) or 1.0
 
     def solved(self, begin: AnyArray) -> Solution:
-        """Return the solution from a start: again with the noise that is left, until that settles."""
+        """Return the solution from a start: again with the noise left, until that settles."""
         values, best = begin, self._least_squares(begin)
         for number in range(_PASSES):
             best = self._least_squares(values) if number else best

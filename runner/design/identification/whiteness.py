@@ -13,7 +13,7 @@ SIGNIFICANT = 0.01
 
 @dataclass(frozen=True)
 class Whiteness:
-    """Autocorrelation of residuals at lags 1 to 20, and the chance of white ones to look like this."""
+    """Autocorrelation of residuals at lags 1 to 20, and the chance that white ones look so."""
 
     autocorrelation: AnyArray
     chance: float
@@ -25,7 +25,7 @@ class Whiteness:
 
     @property
     def widening(self) -> float:
-        """Factor by which standard errors are too small if the residuals are what they look like."""
+        """Factor of too small standard errors if the residuals are what they look like."""
         if self.white:
             return 1.0
         return float(np.sqrt(max(1.0 + 2.0 * float(np.sum(self.autocorrelation)), 1.0)))

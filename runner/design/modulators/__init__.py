@@ -1,1 +1,1 @@
-"""Design of sigma-delta modulators: noise transfer function, loop filter, prediction, simulation, graph."""
+"""Design of sigma-delta modulators: noise transfer function, loop filter, prediction, graph."""

@@ -99,7 +99,7 @@ def modulator_graph(structure: Structure, k: Coefficients, levels: int, band: tu
 
 
 def _entries(structure: Structure, k: Coefficients) -> dict[str, Any]:
-    """Return the matrices of the state space as expressions; those of a continuous one are per second."""
+    """Return the matrices of the state space as expressions; per second if continuous."""
     rows, last = structure.matrices(k)
     n = structure.order
     per_second = _name("clock") if structure.pulse else _expression(1)

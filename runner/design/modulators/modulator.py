@@ -39,8 +39,8 @@ class Modulator(Told, Plotted):
     coefficients: Coefficients  # of the loop filter, scaled
     amplitudes: tuple[float, ...]  # at which there are ratios, in dB of full scale
     predicted: tuple[float | None, ...]  # signal to noise ratios in dB; None in overload
-    simulated: tuple[float | None, ...]  # signal to noise ratios in dB; None where the loop was lost
-    stable_limit: float  # the amplitude at which overload begins, by the prediction; 1 is full scale
+    simulated: tuple[float | None, ...]  # signal to noise ratios in dB; None where it was lost
+    stable_limit: float  # the amplitude at which overload begins, predicted; 1 is full scale
     swings: tuple[float, ...]  # the largest value of each state, up to the amplitude of the peak
 
     @property
@@ -50,7 +50,7 @@ class Modulator(Told, Plotted):
 
     @property
     def peak(self) -> tuple[float, float]:
-        """The amplitude of the largest simulated ratio, in dB of full scale, and that ratio in dB."""
+        """Amplitude of the largest simulated ratio, in dB of full scale, and that ratio in dB."""
         ratio, amplitude = max(_known(self.amplitudes, self.simulated), default=(math.nan, math.nan))
         return amplitude, ratio
 

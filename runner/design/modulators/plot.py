@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def plot_modulator(of: Modulator) -> "Figure":
-    """Draw the gain of the noise over frequency, and the predicted and simulated ratios over amplitude."""
+    """Draw the noise's gain over frequency, and predicted and simulated ratios over amplitude."""
     with sheet(9.5, 3.6) as figure:
         left, right = figure.subplots(1, 2)
         low_pass = of.centre == 0.0

@@ -21,7 +21,7 @@ from proofmass.runner.design.modulators.noise_transfer import NoiseTransfer
 from proofmass.runner.host.arrays import Array
 
 _brentq: Any = optimize.brentq
-_GAINS = np.geomspace(0.02, 20.0, 150)  # of the quantiser, among which that of least growth is looked for
+_GAINS = np.geomspace(0.02, 20.0, 150)  # of the quantiser: of least growth among them
 _UNSTABLE = 1e4  # growth that no quantiser allows
 _LEAST = 1e-12  # first coefficient at which rounding decides over stability
 _POINTS = 64  # of the integral over the band
@@ -41,7 +41,7 @@ def predicted(
 
 
 def _one_bit(transfer: NoiseTransfer, band: tuple[float, float], amplitude: float, least: float) -> float | None:
-    """Return the ratio at the larger of both gains, above that of least growth; None if there is none."""
+    """Return the ratio at the larger of both gains, above that of least growth, or None."""
     passed, added = _powers(amplitude)
     wanted = 1.0 + passed / added
     if _growth(transfer, least) > wanted:
@@ -63,7 +63,7 @@ def _limit(least: float) -> float:
 
 
 def _powers(amplitude: float) -> tuple[float, float]:
-    """Return the noise that passes the quantiser and that which it adds, at an amplitude of the output."""
+    """Return noise that passes the quantiser, and what it adds, at an amplitude of the output."""
 
     def output(p: float) -> float:
         r = 0.25 * p * p
@@ -75,7 +75,7 @@ def _powers(amplitude: float) -> tuple[float, float]:
 
 
 def _growth(transfer: NoiseTransfer, k: float) -> float:
-    """Return ||H_k||^2, the power of its impulse response; a large number where the loop is not stable.
+    """Return ||H_k||^2, the power of its impulse response; large where the loop is not stable.
 
     A polynomial after the other is of one order less, its first coefficient positive as long as the
     loop is stable (Astrom, Introduction to Stochastic Control Theory, section 5.2).

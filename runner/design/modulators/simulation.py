@@ -23,7 +23,7 @@ class Runs:
 
 
 def levels_of(y: Array, levels: int) -> Array:
-    """Return the level nearest to each value: that of a Comparator, or of a Quantiser, from -1 to 1."""
+    """Return the level nearest each value: of a Comparator, or of a Quantiser, from -1 to 1."""
     if levels == 2:
         return np.where(y >= 0.0, 1.0, -1.0)
     last = levels - 1
@@ -49,7 +49,7 @@ def output_of(structure: Structure, k: Coefficients, inputs: Array, levels: int)
 
 
 def tone_frequency(samples: int, band: tuple[float, float]) -> float:
-    """Return the frequency of an odd number of periods near a fifth of the band, relative to the rate."""
+    """Return the frequency of an odd number of periods near a fifth of the band, by the rate."""
     low, high = band
     return (2 * round(0.5 * samples * (low + 0.2 * (high - low))) + 1) / samples
 

@@ -36,7 +36,7 @@ class Coefficients:
 class Structure:
     """A form of loop filter, of discrete time, or of continuous time with a pulse of the converter.
 
-    `pulse` has begin and end of the feedback pulse in periods after the decision, within one period.
+    `pulse` has begin and end of the feedback pulse in periods after the decision, within a period.
     """
 
     form: str

@@ -31,8 +31,8 @@ from proofmass.runner.design.proof.look import BoxLook, Looked
 from proofmass.runner.design.proof.rest_norm import Start
 from proofmass.runner.design.proof.search import LooksAhead, ProofSearch, Searched
 
-_NEAR, _CLOSE = 0.97, 0.02  # parts of the least margin found: where a bound is near it, and two bounds alike
-_ROOM = 0.25  # of the way from the nominal value to the worst: how far beyond that a limit is tried first
+_NEAR, _CLOSE = 0.97, 0.02  # of the least margin found: a bound near it, and two alike
+_ROOM = 0.25  # of the way from nominal to worst: so far beyond that a limit is tried
 _FINER, _CLOSEST = 4.0, 0.01  # by which that room grows or shrinks, and the part of the way that is near enough
 _SMALLEST = 1e-12  # room beside a value of zero
 _WIDENED = 8  # times
@@ -134,7 +134,7 @@ class Attempt:
         return LooksAhead(self.look, self.workers)
 
     def look(self, claim: Claim, whole: Sides, box: Sides, start: Start | None) -> Looked:
-        """Return what comes of a box, which is a part of a whole, for a claim; raises `ModelError`."""
+        """Return what comes of a box, part of a whole, for a claim; raises `ModelError`."""
         return BoxLook(self.maps, claim, whole, lambda part: self._breaks(claim, part)).at(box, start)
 
     def at(self, claim: Claim, until: float) -> MarginProof:
@@ -253,7 +253,7 @@ def beyond(value: float, sign: float, room: float) -> float:
 
 
 def _checked(sensors: Sensors, claim: Claim, parameters: Mapping[str, float]) -> tuple[float, str, bool]:
-    """Return the value of a sensor, its margins or value in words, and whether the claim fails for it."""
+    """Return the value of a sensor, its figures in words, and whether the claim fails."""
     if claim.row.of_output:
         value, rounding = quantity_there(sensors, claim, parameters)
         shown = f"{claim.kind} {in_print(value, claim.unit, 8)}" if math.isfinite(value) else claim.row.nowhere

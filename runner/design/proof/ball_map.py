@@ -50,11 +50,11 @@ class Kept:
     states: tuple[int, ...]
     inputs: tuple[int, ...]
     outputs: tuple[int, ...]
-    rest: RestPoint | None = None  # where the sensors of the box rest, within which those of its parts do
+    rest: RestPoint | None = None  # where sensors of the box, and so of its parts, rest
 
 
 class BallRun:
-    """A period from the start of a run in balls: what is between two ends at its operating point."""
+    """A period from a run's start in balls: what is between two ends at its operating point."""
 
     def __init__(self, plan: Plan, ends: Ends, point: OrbitPoint, rest: RestRun | None = None) -> None:
         self._plan, self._ends, self._point, self._rest = plan, ends, point, rest
@@ -140,7 +140,7 @@ class Starting:
         return BallMap(len(kept.states), [[rows[i][j] for j in across] for i in down], kept)
 
     def ticks(self, parameters: Mapping[str, Any], kept: Kept) -> TickProducts:
-        """Return the ticks of a loop for parameters that hold polynomials, of the states that are `kept`."""
+        """Return the ticks of a loop for polynomials as parameters, of the states `kept`."""
         return self._run.ticks(parameters, kept)
 
     def _seen(self, rows: MatrixRows, order: int) -> MatrixRows:
@@ -154,7 +154,7 @@ class Starting:
 
 
 class StartingLoop(Starting):
-    """A loop at the start of a run: the states of its map, and that map over any box of parameters."""
+    """A loop at the start of a run: the states of its map, and that map over boxes."""
 
     def __init__(self, plan: Plan, node: Endpoint, rest: RestRun | None = None) -> None:
         """Raises `ModelError` where margins are not those of the start: the loop changes later."""

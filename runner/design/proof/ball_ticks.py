@@ -28,12 +28,12 @@ from proofmass.runner.plan.solver import Solver
 from proofmass.runner.reference.advance import Advance, Moment
 from proofmass.runner.reference.interpret import TickError
 
-FIRST, SECOND = PARAMETERS, PARAMETERS - 1  # levels of the first and of the second derivative by coordinates
+FIRST, SECOND = PARAMETERS, PARAMETERS - 1  # levels of both derivatives by coordinates
 VARIED = -1  # direction of all that varies, so that converters do not round it
 
 
 def coordinate(value: Any, number: int) -> Any:
-    """Return a ball or number as the coordinate of a number, with its first and second derivative."""
+    """Return a ball or number as the coordinate of a number, with two derivatives."""
     return dual(dual(value, {number: 1.0}, SECOND), {number: 1.0}, FIRST)
 
 

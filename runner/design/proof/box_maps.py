@@ -38,7 +38,7 @@ class BoxMaps:
         self._corners: dict[_Corner, Enclosed] = {}
 
     def worst_corner(self, box: Sides, claim: Claim) -> Sides | None:
-        """Return the corner of a box where a quantity is worst, if its value there lies beyond the limit."""
+        """Return the corner of a box where a quantity is worst, if it is beyond the limit."""
         opened = self.open(box[:-1])
         if claim.row.at_corners is None:
             return None

@@ -35,7 +35,7 @@ _OF_GAIN, _OF_PHASE = partial(closed_loops, GAIN), partial(closed_loops, PHASE)
 
 @dataclass(frozen=True)
 class ClaimKind:
-    """A kind of claim: what lies in a disc, how a norm for it is found, and which values refute it."""
+    """A kind of claim: what lies in a disc, how a norm is found, which values refute it."""
 
     unit: str | None  # of its limit; None: that of the output that it is about
     factor: str = GAIN.name  # the name of the family, for certificates
@@ -46,7 +46,7 @@ class ClaimKind:
     looks: bool = True  # the middle of a box is asked whether it breaks the claim: its poles alone do not say so
     beside: bool = False  # poles may lie in the disc, and the claim be broken all the same
     at_corners: Callable[[OpenCorners], Array] | None = None  # the quantity at the corners of a box
-    stays: bool = False  # of parameters that stay as they are: under any change there is no such claim
+    stays: bool = False  # only of parameters that stay: under changes there is no such claim
     enters: bool = False  # what comes in counts all the time: its sum has a bound in one norm
     room: float = 0.01  # least part of the value by which a bound that is looked for lies beyond it
     nowhere: str = "it has no bound"  # of a sensor without such a value
@@ -75,7 +75,7 @@ KINDS = {
 }
 _LESS = 1.0 - 1e-14  # more than the rounding of a radius
 _MORE = 1.0 + 1e-15
-_REACHES = (0.0, 0.1, 0.5, 1.0, 2.0, 8.0)  # distances of the centre of a disc from that of the circle
+_REACHES = (0.0, 0.1, 0.5, 1.0, 2.0, 8.0)  # of a disc's centre from the circle's
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ class Claim:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The least and the largest factor; of a phase, negative ones follow from the positive ones."""
+        """The least and the largest factor; of a phase, negative ones follow."""
         if self.kind == "phase margin":
             return 0.0, math.nextafter(math.radians(self.limit), math.inf)
         if self.kind == "delay margin":

@@ -154,7 +154,7 @@ class Family:
     beyond_noise: Array | None = None  # how far others may lie beyond those
     limit: float = math.inf  # of what it adds
     opened: OpenCorners | None = None  # the loop that is closed, in its coordinates
-    rates: "Family | None" = None  # of a loop in continuous time, for the norms of which this one stands
+    rates: "Family | None" = None  # of a continuous loop, for whose norms this one stands
 
     def parts(self) -> "list[Family]":
         """Return the families of the matrices that lie side by side."""

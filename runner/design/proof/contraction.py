@@ -30,7 +30,7 @@ from proofmass.runner.host.arrays import Array
 
 _ROUNDS = 10  # of the fixed point of the covariance
 _SHARPNESS = (200.0, 2_000.0, 20_000.0)  # of the smooth maximum that is descended
-_ROOMS = (1.1, 1.03, 1.01, 1.003, 1.001, 1.0001)  # sizes of disks, as parts of that which is claimed
+_ROOMS = (1.1, 1.03, 1.01, 1.003, 1.001, 1.0001)  # sizes of disks, as parts of the claimed one
 _RESTS = (1e-2, 1e-3, 1e-4, 1e-6)  # of the Riccati equation, in units of its first solution
 _LEAST_PART = 1e-16  # of the first solution, that a state has of it
 _DOUBLINGS = 24
@@ -52,7 +52,7 @@ class Norm:
 
     @property
     def of_states(self) -> Array:
-        """The transformation of the states themselves, whatever coordinates the family has them in."""
+        """The transformation of the states themselves, whatever the family's coordinates."""
         opened = self.family.opened
         if opened is None or opened.frame is None:
             return self.transform
@@ -91,7 +91,7 @@ class Norm:
         return float(np.linalg.norm(self.corners.middle, 2, axis=(1, 2)).max())
 
     def moves(self) -> list[float]:
-        """Return how much each coordinate that is at both ends among the corners moves the matrix."""
+        """Return how much each coordinate with both ends among the corners moves the matrix."""
         return [float(np.linalg.norm(self.inverse @ move @ self.transform, 2)) for move in self.family.moves()]
 
     def contracts(self) -> bool:
@@ -318,7 +318,7 @@ def _decay(transform: Array, rates: Family) -> bool:
 
 
 def _shorter_than(matrices: Array, room: float) -> bool:
-    """Return whether all matrices have a spectral norm below `room`: proved, whatever rounding does."""
+    """Return whether all matrices have a spectral norm below `room`: proved, with rounding."""
     n = matrices.shape[-1]
     squares = (matrices**2).sum(axis=(1, 2))
     if not np.isfinite(squares).all():

@@ -57,7 +57,7 @@ class Coordinates:
         return tuple(rate * period / size**2 * (1.0 + 2.0**-48) for rate, size in zip(rates, least, strict=True))
 
     def parameters(self, values: Sequence[Any]) -> Mapping[str, Any]:
-        """Return all parameters that move, at values of the coordinates: numbers, balls, or dual ones."""
+        """Return moving parameters at values of the coordinates: numbers, balls or duals."""
         given = {
             r.name: 1.0 / value if turned else value
             for r, turned, value in zip(self.ranges, self.inverse, values, strict=True)
@@ -65,7 +65,7 @@ class Coordinates:
         return self.adjustable.settings(given, lambda name, values: for_duals(OPERATIONS[name].function)(*values))
 
     def named(self, values: Sequence[float]) -> dict[str, float]:
-        """Return numbers of the parameters by their written names, at numbers of the coordinates."""
+        """Return numbers of parameters by their written names, at numbers of the coordinates."""
         pairs = zip(self.ranges, self.inverse, values, strict=False)
         return {r.written: 1.0 / value if turned else value for r, turned, value in pairs}
 

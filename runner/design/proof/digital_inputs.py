@@ -34,7 +34,7 @@ class DigitalInput:
     mantissas: tuple[int, int]  # that enter
     format: tuple[int, int]  # the lowest and the highest that can
     driven: bool  # True if a run can be given what is within the range
-    over: tuple[int, int] | None = None  # of a quantiser that overflows: its mantissas before it limits them
+    over: tuple[int, int] | None = None  # of an overflowing quantiser: mantissas before limits
 
     def as_data(self) -> dict[str, Any]:
         """Plain data, for `--json`."""

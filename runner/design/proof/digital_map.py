@@ -39,7 +39,7 @@ _CHANGES = "write it as sums and products with constants, or leave it out"
 
 @dataclass(frozen=True)
 class DigitalMap:
-    """Registers with their start and what they are after a period, and all that was met on the way."""
+    """Registers with their start and what they are after a period, and all met on the way."""
 
     start: tuple[int, ...]
     following: tuple[AffineNumber, ...]

@@ -211,7 +211,7 @@ class DigitalProofs:
         return None
 
     def _worst_of_quantiser(self, given: DigitalInput) -> tuple[Mapping[DigitalInput, list[float]], int]:
-        """Return the end of a range that a quantiser does not hold, and the ticks until it comes."""
+        """Return the end of a range a quantiser does not hold, and the ticks until it comes."""
         above = _room_of_quantiser(given).beyond_high > 0.0
         return {given: [given.high if above else given.low]}, self._plan.schedule.beat(given.node[0]).at(0) + 1
 
@@ -264,7 +264,7 @@ def _room(condition: FormBounds, reach: Reach) -> ValueRoom:
 
 
 def _digital_output(plan: Plan, signal: str) -> tuple[Endpoint, Fraction, str]:
-    """Return an output in fixed point, its step and its unit; of a converter to numbers what it converts."""
+    """Return an output in fixed point, its step and unit; of a converter to numbers its input."""
     node = node_of(plan, signal)
     block, unit = plan.blocks[node[0]], plan.unit(node)
     if isinstance(block, FixedToNumber):

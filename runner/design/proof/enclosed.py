@@ -37,7 +37,7 @@ class Enclosed:
 
     @classmethod
     def of_balls(cls, stack: Sequence[Sequence[Sequence[Any]]]) -> "Enclosed":
-        """Return matrices of numbers and balls; raises `UndecidedError` for what is beyond all doubles."""
+        """Return matrices of numbers and balls; raises `UndecidedError` beyond all doubles."""
         arbs = [[[arb_of(value) for value in row] for row in rows] for rows in stack]
         middle = np.array([[[float(value.mid()) for value in row] for row in rows] for rows in arbs])
         apart = [

@@ -18,7 +18,7 @@ from proofmass.runner.design.proof.closed_loop import Disc, Family
 from proofmass.runner.design.proof.enclosed import Enclosed, quarters
 from proofmass.runner.host.arrays import Array
 
-_STEPS = (0.7, 0.6)  # by the mean of the slowest and the fastest pole, of which one may lie at 1 / h
+_STEPS = (0.7, 0.6)  # by the mean of the slowest and fastest pole, of which one may lie at 1 / h
 _SLOWEST = 1e-12  # part of the fastest pole, below which one is at rest
 
 
@@ -61,7 +61,7 @@ PoleRegion = Disc | HalfPlane  # a part of the plane of poles
 
 
 def _sampled(rates: Family) -> Family:
-    """Return the family of a sampled loop that has the norms of some rates, without what rounding adds."""
+    """Return the family of a sampled loop with norms of some rates, without added rounding."""
     for part in _STEPS:
         try:
             return _by_trapezoids(rates, part / _speed(rates))

@@ -106,7 +106,7 @@ def _peak(about: Linearisation, claim: Claim) -> tuple[float, float]:
 
 
 def _noise(sensors: Sensors, planned: Plan, claim: Claim) -> tuple[float, float]:
-    """Return the rms noise of an output, infinite if it has no bound, and what rounding may make of it."""
+    """Return an output's rms noise, infinite without bound, and what rounding may make of it."""
     target = node_of(planned, claim.open_at)
     about = sensors.about(planned, common_period(planned, (), [target], noise=noise_blocks(planned)))
     to_output = noise_map(about.map([], [target], noise=noise_at(about, [target])), target)

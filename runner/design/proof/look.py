@@ -114,7 +114,7 @@ class BoxLook:
         return _AT_THE_LIMIT if self.claim.row.of_output else _AT_THE_BOUNDARY
 
     def _stays(self, box: Sides) -> bool:
-        """Return whether no corner of a box settles, though the quantity does: halving does not help."""
+        """Return whether no corner of a box settles, though the quantity does: halving is idle."""
         return self.claim.row.of_output and none_settles(self.maps.open(box[:-1]))
 
     def _sides(self, norm: Norm | None, box: Sides) -> range:
@@ -152,7 +152,7 @@ class BoxLook:
 
 
 def _norm(family: Family, start: Start | None) -> Norm | None:
-    """Return a norm for a box, that of its whole if it serves; None where the middle does not decay."""
+    """Return a norm for a box, that of its whole if it serves; None if the middle grows."""
     given = None if start is None else Norm(start.transform, family)
     if start is not None and start.alone:
         return given

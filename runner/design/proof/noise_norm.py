@@ -63,7 +63,7 @@ def rms_at_corners(of: OpenCorners) -> Array:
 
 
 def norm_of_noise(of: OpenCorners, limit: float, widths: Sequence[float], start: Start | None) -> Norm | None:
-    """Return a norm with a small bound of the noise; None where the mean of the corners does not decay.
+    """Return a norm with a small bound of the noise; None if the mean of corners grows.
 
     That of a `start` is taken where it serves.
     """
@@ -94,7 +94,7 @@ def norm_of_noise(of: OpenCorners, limit: float, widths: Sequence[float], start:
 
 
 def _root(first: Norm, family: Family) -> Array:
-    """Return T of the least bound that is found; raises `LinAlgError` where no Q is found at all."""
+    """Return T of the least bound found; raises `LinAlgError` where no Q is found at all."""
     n = len(first.transform)
     assert family.noise is not None
     entering = first.inverse @ family.noise.middle[:, :n]

@@ -46,7 +46,7 @@ def too_soon(regions: Sequence[ProvedRegion], changes: Sequence[float], radius: 
 
 
 def _periods(one: ProvedRegion, other: ProvedRegion, changes: Sequence[float]) -> int:
-    """Return how many periods a region keeps its norm before another follows, 0 if that cannot follow."""
+    """Return how many periods a region keeps its norm before another follows, 0 if it cannot."""
     periods = list[int]()
     for own, core, there, change in zip(one.box, one.core, other.core, (*changes, 0.0), strict=True):
         apart = Fraction(max(own[0], there[0])) - Fraction(min(own[1], there[1]))

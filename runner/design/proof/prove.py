@@ -63,7 +63,7 @@ class Proofs(Told):
     interrupted: bool  # True after Ctrl-C
     left_out: Mapping[str, str]  # what varies and does not count, with its reason
     digital: tuple[DigitalProof, ...] = ()  # one of each claim about the digital part
-    constants: frozenset[str] = frozenset()  # those of the ranges that are constant values of sources
+    constants: frozenset[str] = frozenset()  # ranges that are constant values of sources
     lost_workers: int = 0  # processes that ended early: others did their part
     rates: tuple[float, ...] = ()  # at which the parameters of the ranges may change, in their units per second
 
@@ -141,7 +141,7 @@ def prove(
     With `any_change` the parameters may have other values within their tolerances in each period of the loop, held
     within it: however fast they change, loops stay stable with all factors of their margins, and noise has its limit.
     With a `slow_change` such as "1 %/s" they may change so fast; a mapping has rates of some parameters, and those of
-    the others as "". Loops then stay stable with all factors of their margins, which themselves stay.
+    the others as "". Loops then stay stable with all factors of their margins, which stay.
 
     With `bounds` the best limits that can be proved are looked for beyond these, beside the worst that are found. The
     search ends after so many `seconds`. A search that takes long goes on in `workers`, processes, as many as there are
@@ -236,7 +236,7 @@ def prove_margin(
 def _varied(
     source: GraphSource | Study, tolerances: Mapping[str, Any] | None
 ) -> tuple[Graph, list[Range], dict[str, str]]:
-    """Return the graph, the ranges of what varies, if anything does, and why others do not count."""
+    """Return the graph, the ranges of what varies, if anything does, and why others do not."""
     graph = source.graph if isinstance(source, Study) else graph_from(source)
     if not (tolerances or (isinstance(source, Study) and (source.spread or source.sweep or source.drift))):
         return graph, [], {}
@@ -257,11 +257,11 @@ class _Proving:
     stop: threading.Event
     known: KnownProofs
     workers: int
-    rates: tuple[float, ...] = ()  # at which the parameters may change, per second; they stay without any
-    lost: list[int] = field(default_factory=list)  # processes that ended early, for each loop or path
+    rates: tuple[float, ...] = ()  # of changes of parameters, per second; none without
+    lost: list[int] = field(default_factory=list)  # those that ended early, for each loop or path
 
     def proofs(self, subjects: Sequence[Subject]) -> Iterator[MarginProof]:
-        """Yield what comes of each claim about some loops and paths; all share the time that is left."""
+        """Yield what comes of each claim about some loops and paths; all share the time left."""
         left = sum(len(wanted) for _, wanted in subjects)
         for start, wanted in subjects:
             try:

@@ -76,7 +76,7 @@ class Powers:
         for chunk in self.chunks():
             absolute = np.abs(chunk)
             norms = absolute.sum(axis=2).max(axis=1, initial=0.0)
-            rounding = (self.order + 4) * UNIT * (size_of_a @ absolute) + _LEAST  # and that of A to doubles
+            rounding = (self.order + 4) * UNIT * (size_of_a @ absolute) + _LEAST  # and of A
             apart = rounding.sum(axis=2).max(axis=1, initial=0.0)
             total, errors = total + float(norms.sum()) * UP, errors + float(apart.sum()) * UP
             worst, count = max(worst, float(apart.max(initial=0.0))), count + len(chunk)
@@ -159,7 +159,7 @@ def extremes(powers: Powers, entering: Entering, rows: ExactRows) -> Extremes | 
 
 
 def responses(powers: Powers, entering: Entering, rows: ExactRows, most: int) -> Iterator[Array]:
-    """Yield C A^m B for m from 0 up to, not including, `most`, many at a time: (powers, rows, columns)."""
+    """Yield C A^m B for m from 0 to `most` - 1, many at a time: (powers, rows, columns)."""
     c, b = _scaled(powers, entering, rows)
     part, begin = max(1, _NUMBERS // max(1, c.shape[0] * b.shape[1])), 0
     for chunk in powers.chunks():

@@ -26,7 +26,7 @@ _ENOUGH = 0.95  # a norm with which a descent ends
 
 @dataclass(frozen=True)
 class Start:
-    """A transformation from which a search for a norm begins, and what M was multiplied by with it."""
+    """A transformation from which a search for a norm begins, and what it multiplied M by."""
 
     transform: Array
     left: Array | None = None
@@ -34,7 +34,7 @@ class Start:
 
 
 def norm_at_rest(of: OpenCorners, limit: float, widths: Sequence[float], start: Start | None) -> Norm | None:
-    """Return norms of A and of I - R M, side by side; None where the mean of the corners does not decay.
+    """Return norms of A and of I - R M, side by side; None if their corners' mean grows.
 
     Those of a `start` are taken where they serve.
     """

@@ -53,7 +53,7 @@ _MOST_NUMBERS = 256  # at the starts of all periods of an orbit: matrices are as
 
 
 class RestRun:
-    """The points of rest or the orbits of the sensors of a plan, as far as some outputs depend on them."""
+    """Points of rest or orbits of the sensors of a plan, as far as outputs depend on them."""
 
     def __init__(self, plan: Plan, outputs: Sequence[Endpoint], course: Course) -> None:
         """Raises `ModelError` where the plan does not settle or come round, counts on, or cannot be enclosed."""
@@ -96,7 +96,7 @@ class RestRun:
     def _numbers(self, of_period: PeriodMap) -> tuple[tuple[Entry, ...], tuple[Entry, ...]]:
         """Return what moves, and coefficients, which stay as they are from the start of a run on.
 
-        Counts that nothing but counts drives do not move in this sense: they have to come round exactly.
+        Counts nothing but counts drives do not move in this sense: they have to come round exactly.
         """
         begun, states, a = start(self._plan), of_period.states, of_period.parts()[0]
         now = [held_in(self._memory, entry, self._rings) for entry in states]
@@ -165,7 +165,7 @@ class RestRun:
         return [entry[0] for entry, (a, b) in pairs.items() if a is not b and (isinstance(b, Dual) or a != b)]
 
     def image(self, plan: Plan, values: Sequence[Any]) -> tuple[list[Any], list[Any]]:
-        """Return F of some numbers, with their directions, and the outputs; raises `UndecidedError`."""
+        """Return F of some numbers, with directions, and the outputs; raises `UndecidedError`."""
         begin = self.memory_of(plan, values)
         engine = RestTicks(plan, begin.copy(), self.upstream, self._outputs, self.steps)
         images = list[Any]()
@@ -254,7 +254,7 @@ class RestRun:
         return self.point(with_balls(self._plan, parameters), parameters, rest) if moves else rest.values
 
     def _comes_round(self, plan: Plan) -> bool:
-        """Return whether the sources of a plan with other parameters come round when the orbit does."""
+        """Return whether the sources of a plan of other parameters come round with the orbit."""
         turn = self._sources.turn(plan, self._ticks, self.tick)
         return turn > 0 and self.periods % turn == 0
 
@@ -295,7 +295,7 @@ class RestRun:
         return [[plain(slopes.get(key, 0.0)) for key in keys] for slopes in (slopes_of(x, SIGNALS) for x in image)]
 
     def point(self, plan: Plan, parameters: Mapping[str, Any], rest: RestPoint) -> list[Any]:
-        """Return the numbers of the point of rest, dual in the coordinates of which the parameters are.
+        """Return the numbers of the point of rest, dual in the parameters' coordinates.
 
         `plan` has these parameters. Raises `UndecidedError`.
         """
@@ -359,7 +359,7 @@ class RestRun:
 
     @classmethod
     def like(cls, other: "RestRun", plan: Plan) -> "RestRun":
-        """Return the points of rest of a plan with other parameters, which begins where another one does."""
+        """Return points of rest of a plan with other parameters, begun where another begins."""
         own = object.__new__(cls)
         vars(own).update(vars(other) | {"_plan": plan})
         return own

@@ -84,7 +84,7 @@ class LooksAhead:
                 self._wait(part, left)
 
     def _started(self, part: BoxPart, left: Sequence[BoxPart]) -> bool:
-        """Return whether there are processes, which are started for several parts that take long."""
+        """Return whether there are processes, started for several parts that take long."""
         if self._forked is None and self._workers > 1 and left and self._spent > WORTH_SECONDS:
             self._forked = Forked(self._look, self._workers)
         return self._forked is not None and self._forked.count > 0
@@ -131,7 +131,7 @@ class ProofSearch:
     known: Mapping[Sides, Start] = field(default_factory=dict)  # boxes that an earlier search proved, with their norms
 
     def outcome(self) -> Searched:
-        """Return a proof, or where it fails, or how far it came; raises `ModelError` of a sensor within."""
+        """Return a proof, where it fails, or how far it came; raises `ModelError` of a sensor."""
         left = [self._part(self.whole, None)]
         leaves, boxes, late = list[ProvedRegion](), 0, list[Sides]()
 
@@ -185,7 +185,7 @@ class ProofSearch:
         return BoxPart(self.claim, self.whole, box, begin, self._part)
 
     def _broken_among(self, left: Sequence[BoxPart], why: str) -> Sides | None:
-        """Return a point that breaks the claim, of boxes that were not looked at, while there is time."""
+        """Return a point that breaks the claim, of boxes not looked at, while there is time."""
         for place in range(len(left) - 1, -1, -1) if why != STAYS else ():
             part = left[place]
             self.ahead.look(part, left[:place], self.is_late, must=False)
@@ -196,7 +196,7 @@ class ProofSearch:
         return None
 
     def _towards_known(self, box: Sides) -> list[Sides]:
-        """Return halves of a box of which some parts are known, none if it has no such parts or is one."""
+        """Return halves of a box with some known parts, none if it has none or is one."""
         pairs = ((one, zip(one, box, strict=True)) for one in self.known)
         within = [one for one, ends in pairs if all(low <= a and b <= high for (a, b), (low, high) in ends)]
         if not within or box in self.known:

@@ -133,7 +133,7 @@ class StartingResponse(StartingPath):
 
 
 def _answers_at_start(plan: Plan, source: Endpoint, target: Endpoint) -> bool:
-    """Return whether the scale factor is that of the start, though the graph moves on from there."""
+    """Return whether the scale factor is that of the start, though the graph moves on."""
 
     def ask(about: Linearisation) -> bool:
         SteadyState(plan, about.map([source], [target, source], everything=True).seen(), target)
@@ -259,7 +259,7 @@ class _NoisyBallTicks(BallTicks, NoisyTicks):
     """Ticks of balls with a direction for each source."""
 
     def _same(self, before: Any, value: Any) -> bool:
-        """Return whether two numbers are alike to the last digit: balls cannot say that they are equal."""
+        """Return whether two numbers are alike to the last digit: balls cannot say so."""
         return repr(before) == repr(value)
 
 

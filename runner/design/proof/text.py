@@ -43,7 +43,7 @@ def _rows(proofs: Iterable[MarginProof]) -> Iterator[tuple[str, str, str]]:
 
 
 def _digital(proofs: Proofs) -> Iterator[str]:
-    """Yield the claims about the digital part, the inputs that they are about, and runs that overflow."""
+    """Yield the claims about the digital part, their inputs, and runs that overflow."""
     for about, own in itertools.groupby(proofs.digital, key=lambda one: one.inputs):
         ranges = list(map(_ends, about))
         yield f"digital part, with any {', '.join(ranges)}" if ranges else "digital part, without inputs"
@@ -110,7 +110,7 @@ def _found(claim: Claim, value: float) -> str:
 
 
 def _shown(proofs: Proofs) -> Iterator[str]:
-    """Yield what to type to see sensors that break a claim, and those of the least margins found."""
+    """Yield what to type to see sensors that break a claim, and the least margins found."""
     for proof in proofs.proofs:
         claim, least = proof.claim, proof.least
         if proof.counterexample is not None:

@@ -77,7 +77,7 @@ def _another_time(at: Any) -> Problem:
 
 
 def about_loops(planned: Plan, loop: str, at: str, given: Mapping[str, str]) -> list[Subject]:
-    """Return the claims about one loop, or about all of them, by their limits; raises `ModelError`."""
+    """Return claims about one loop, or all of them, by their limits; raises `ModelError`."""
     return [
         (partial(_starting, planned, node, at), list(_claims(planned.graph.loops.get(name), name, node, given)))
         for name, node in loop_nodes(planned, loop).items()
@@ -91,7 +91,7 @@ def about_margin(planned: Plan, loop: str, at: str, kind: str, limit: float) -> 
 
 
 def about_outputs(planned: Plan, source: str, limits: Mapping[str, Mapping[str, Any] | None]) -> list[Subject]:
-    """Return the claims about quantities of outputs, by their kinds, from an input; raises `ModelError`."""
+    """Return claims about quantities of outputs, by kind, from an input; raises `ModelError`."""
     wanted = [
         *settled_claims(planned, SCALE_FACTOR, limits[SCALE_FACTOR] or {}, source),
         *settled_claims(planned, BIAS, limits[BIAS] or {}, source),

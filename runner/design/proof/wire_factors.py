@@ -9,7 +9,7 @@ import flint
 
 from proofmass.runner.derivatives.polynomial import ORDER, Terms
 
-_WIDEST = 1.45  # half of an arc, below a quarter of a turn: the tangents at its ends cross beyond it
+_WIDEST = 1.45  # half an arc, below a quarter of a turn: the tangents at its ends cross beyond it
 
 
 @dataclass(frozen=True)

@@ -82,7 +82,7 @@ def within_ranges(
 def worst_input(
     of: DigitalMap, driven: Sequence[DigitalInput], condition: FormBounds, reach: Reach, highest: bool
 ) -> tuple[dict[DigitalInput, list[float]], int]:
-    """Return the values of inputs that bring a form highest, or lowest, and the ticks that this takes.
+    """Return the values of inputs that bring a form highest, or lowest, and the ticks it takes.
 
     Inputs of the same signal have the same values.
     """

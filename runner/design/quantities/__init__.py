@@ -1,1 +1,1 @@
-"""Quantities of a graph with their derivatives by parameters: what goals and tolerances are about."""
+"""Quantities of a graph with their derivatives by parameters: of goals and tolerances."""

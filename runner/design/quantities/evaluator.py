@@ -137,7 +137,7 @@ class Evaluator:
         return readings
 
     def _at_its_point(self, loop: str, points: OperatingPoints) -> OperatingPoints:
-        """Return the operating point of a loop, found as for the first parameters: figures stay smooth."""
+        """Return the operating point of a loop, found as at first: figures stay smooth."""
         if self.at:
             return points
         if loop not in self._ways:
@@ -166,7 +166,7 @@ class Evaluator:
         return readings
 
     def measure(self, rows: Sequence[Mapping[str, float]]) -> Array:
-        """Return the measures of runs with these parameters, a row for each; NaN where a run failed."""
+        """Return the measures of runs with these parameters, a row for each; NaN if one failed."""
         rows = [self._adjustable.settings(row) for row in rows]
         names = tuple(rows[0])
         if names not in self._runs:

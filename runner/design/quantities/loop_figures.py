@@ -38,7 +38,7 @@ class Reading(NamedTuple):
 
 
 def read_figure(margins: Margins, system: OpenLoop, figure: str, parameters: Mapping[str, float]) -> Reading:
-    """Return a figure of a stable loop; `system` has the derivatives of its matrices by the parameters."""
+    """Return a figure of a stable loop; `system` has derivatives of its matrices by parameters."""
     value = value_of_figure(margins, figure)
     if not math.isfinite(value):
         return Reading(value, {})
@@ -74,7 +74,7 @@ def value_of_figure(margins: Margins, figure: str) -> float:
 
 
 class _Response:
-    """L of a loop with one value of its wire in a period, and what frequency and parameters do to it."""
+    """L of a loop with one value of its wire in a period, its frequency and parameters."""
 
     def __init__(self, system: OpenLoop) -> None:
         self.system, self._at = system, dict[float, tuple[complex, complex, Complex, Complex]]()

@@ -53,7 +53,7 @@ def read_response(
 
 
 def value_of_response(response: Response, figure: str) -> float:
-    """Return a figure of a response in its unit; gain and phase are those at its first frequency."""
+    """Return a figure of a response in its unit; gain and phase are at its first frequency."""
     if figure in ("gain", "phase"):
         gain = complex(response.gain[0])
         return abs(gain) if figure == "gain" else float(np.degrees(np.angle(gain)))
@@ -101,7 +101,7 @@ def _referred(
     band: tuple[float, float] | None,
     parameters: Mapping[str, float],
 ) -> Reading:
-    """Return the rms at an input that would make the noise of the output, and what parameters do to it."""
+    """Return the rms at an input that makes an output's noise, and what parameters do to it."""
     to_output = noise_map(whole, target)
     half = 0.5 * to_output.rate
     low, high = band or (_LEAST * half, half)

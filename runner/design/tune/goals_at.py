@@ -74,7 +74,7 @@ class GoalsAt:
         self.note: Callable[[TriedPoint], None] = lambda at: None
 
     def nominal(self) -> TriedPoint:
-        """Return the goals at the parameters of the graph; their sizes are those that they have there."""
+        """Return the goals at the parameters of the graph; their sizes are those there."""
         note, self.note = self.note, lambda at: None
         self._measure_sizes(self.at_values(self.tuning.nominal))
         self.note = note
@@ -156,7 +156,7 @@ class GoalsAt:
 
 
 def worst_reading(at: TriedPoint, goal: str, sign: float) -> tuple[str, Reading | None]:
-    """Return the case in which a goal has its lowest value (sign 1) or highest (-1), and the reading."""
+    """Return the case of a goal's lowest value (sign 1) or highest (-1), and the reading."""
     by_case = {case: readings[goal] for case, readings in at.readings.items()}
     undefined = next((case for case, reading in by_case.items() if reading is None), None)
     if undefined is not None:

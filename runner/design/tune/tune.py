@@ -21,7 +21,7 @@ from proofmass.runner.host.progress import Progress
 from proofmass.runner.output.json_text import finite
 
 _ACTIVE = 1e-3  # slack up to which a goal may bind
-_DIGITS = (9, 12, 17)  # of the numbers that are written: as few as miss no goal, since a yield has steps
+_DIGITS = (9, 12, 17)  # of numbers written: as few as miss no goal: a yield has steps
 _COUNTS = 1e-6  # of a multiplier
 _MET = 1e-9  # slack of a goal that rounding may hide
 _FEW = 8  # samples of a search that begins at a good point
@@ -39,7 +39,7 @@ class TunedGoal:
     price: (
         float  # change of the objective, relative, for one per cent of the limit; of the conflict where one is missed
     )
-    reachable: float | None = None  # of a missed goal: what it reaches if all other hard goals are met
+    reachable: float | None = None  # of a missed goal: what it reaches with other hard goals met
 
     @property
     def met(self) -> bool:
@@ -263,7 +263,7 @@ def _multipliers(at: TriedPoint, tuning: Tuning) -> tuple[dict[str, float], dict
 
 
 def _reachable(search: Search, best: TriedPoint) -> dict[str, float]:
-    """Return, of each goal that a conflict misses, the best value that the other hard goals leave."""
+    """Return, of each goal a conflict misses, the best value that the other hard goals leave."""
     if best.violation <= _MET or not best.defined:
         return {}
     tuning, reached = search.goals.tuning, {}

@@ -199,7 +199,7 @@ class ToleranceBox:
         return aged
 
     def _correlated(self, study: Study, tolerances: Mapping[str, Tolerance]) -> Iterator[tuple[list[int], AnyArray]]:
-        """Yield the coordinates of each group that is correlated, and the matrix of its correlations."""
+        """Yield coordinates of each correlated group, and the matrix of its correlations."""
         pairs = {(a, b): r for a, b, r in study.correlation.pairs if r and not {a, b} & tolerances.keys()}
         places = {wanted.name: place for place, wanted in enumerate(self.ranges) if wanted.name in study.spread}
         left = dict.fromkeys(name for pair in pairs for name in pair)

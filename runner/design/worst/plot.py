@@ -19,7 +19,7 @@ _LINE = 90  # characters below an axis
 
 
 def plot_worst(cases: WorstCases) -> "Figure":
-    """Draw a tornado for each quantity: both ends of each parameter alone, and the worst of all together."""
+    """Draw a tornado for each quantity: ends of each parameter, and the worst of all together."""
     bars = [_bars(case) for case in cases.cases]
     heights = [1.5 + 0.27 * (len(own) + 1) for own in bars]
     with sheet(9.5, sum(heights)) as figure:

@@ -20,7 +20,7 @@ _MIDDLE = 1e-9  # a place in the middle of a list; 0 is the nominal value
 
 @dataclass(frozen=True)
 class Range:
-    """A coordinate of a worst case, such as a parameter, and its values while all others are nominal."""
+    """Coordinate of a worst case, as a parameter, and its values while all others are nominal."""
 
     name: str  # in the flat graph
     written: str
@@ -38,7 +38,7 @@ class Range:
         return self.nominal + abs(place) * (end - self.nominal)
 
     def others(self, place: float) -> list[float]:
-        """Return the places to try instead: the other end, or the other choices, nine of them at most."""
+        """Return the places to try instead: the other end, or up to nine choices."""
         if not self.choices:
             return [-place]
         many = min(len(self.choices), _TRIED)

@@ -39,7 +39,7 @@ class Side(NamedTuple):
 
 
 class Badness(NamedTuple):
-    """Order of badness: where a quantity is undefined its loop's growth counts, elsewhere its value."""
+    """Order of badness: undefined, its loop's growth counts, elsewhere its value."""
 
     undefined: bool
     value: float
@@ -113,7 +113,7 @@ class BoxSearch:
         size = len(self.box.ranges)
         nominal = (0.0,) * size
         self.at(nominal, slopes=True)
-        for number, sign in itertools.product(range(size), (-1.0, 1.0)):  # one at a time, for the table
+        for number, sign in itertools.product(range(size), (-1.0, 1.0)):  # one at a time
             self.at([sign if i == number else 0.0 for i in range(size)])
         for side in sides:
             self._named(side, nominal)

@@ -42,7 +42,7 @@ _LISTED = 5  # corners in a table
 
 @dataclass(frozen=True)
 class OneAtATime:
-    """A quantity with one parameter at its ends and all others nominal; None where it is undefined."""
+    """A quantity with one parameter at its ends and all others nominal; None where undefined."""
 
     parameter: str
     at_low: float | None
@@ -240,7 +240,7 @@ def _loops(graph: Graph) -> list[str]:
 
 
 def _sides(quantity: Quantity) -> tuple[float, ...]:
-    """Return the sides on which a quantity is bad: 1 low, -1 high; both of what has no good side."""
+    """Return the sides on which a quantity is bad: 1 low, -1 high; both if no side is good."""
     if isinstance(quantity, ResponseFigure) and quantity.figure in AT_FREQUENCY:
         return (1.0, -1.0)
     if isinstance(quantity, LoopFigure | ResponseFigure):

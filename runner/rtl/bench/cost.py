@@ -13,7 +13,7 @@ from proofmass.runner.rtl.machine.words import Word
 
 @dataclass
 class Cost:
-    """Bits, and numbers of multipliers by the widths of their operands; constants count as operands."""
+    """Bits, and numbers of multipliers by the widths of their operands; constants are operands."""
 
     adder_bits: int = 0
     comparator_bits: int = 0

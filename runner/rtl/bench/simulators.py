@@ -29,7 +29,7 @@ _ENDS = re.compile(r"(?:PASS: (\d+) clocks|FAIL: (\d+) differences in (\d+) cloc
 
 @dataclass(frozen=True)
 class Mismatch:
-    """Value of an output in a clock, its value in the simulation, and the line of Python as "gain.py:41"."""
+    """Value of an output in a clock, that in the simulation, and the line as "gain.py:41"."""
 
     clock: int
     port: str
@@ -44,7 +44,7 @@ class Mismatch:
 
 @dataclass(frozen=True)
 class Played:
-    """Result of a simulator: clocks, number of outputs that differ, the first differences, and seconds."""
+    """Result of a simulator: clocks, how many outputs differ, the first of them, seconds."""
 
     simulator: str
     clocks: int

@@ -34,7 +34,7 @@ def digital_blocks(planned: Plan) -> tuple[str, ...]:
 
 
 def fits_hardware(block: Block) -> bool:
-    """Return whether ports and state of a block are all integers, and it uses neither time nor noise."""
+    """Return whether ports and state of a block are all integers, without time or noise."""
     kind = type(block)
     state = kind.state_class()
     kinds: list[type] = [port.dtype for port in (*kind.inputs.values(), *kind.outputs.values())]

@@ -123,7 +123,7 @@ def make_module(
 
 
 def entries(ports: Iterable[VerilogPort], name: str) -> list[VerilogPort]:
-    """Return the ports of the value that Python calls `name`: one, or one for each entry of a vector."""
+    """Return the ports of the value that Python calls `name`: one, or one for each entry."""
     return [port for port in ports if port.text.partition("[")[0] == name]
 
 

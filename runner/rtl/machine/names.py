@@ -26,6 +26,6 @@ class TopNames:
         self.given = {net: self._given(machine, net, names) for net in machine.nets.values()}
 
     def _given(self, machine: Machine, net: OutputNet, names: VerilogNames) -> str:
-        """Name of a net at its source: for a delayed output, the last register has the output's own name."""
+        """Name of a net at its source: of a delayed output, the last register has its name."""
         delayed = net.signal in self.outputs and machine.latency > net.stage
         return names.add(f"{net.name}_early") if delayed else net.name

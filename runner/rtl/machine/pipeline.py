@@ -15,7 +15,7 @@ from proofmass.runner.fixed.integer_ir import Operation, TraceError
 class Pipeline:
     """Stages of operations and of registers, in ticks; constants have none. Outputs are all `latency` late.
 
-    `delays` gives the number of registers after an operation that some readers take later than it comes.
+    `delays` gives the number of registers after an operation some readers take later than it comes.
     """
 
     stages: Mapping[Operation, int]

@@ -1,6 +1,6 @@
 """Reference of hardware in a clock: the Python functions of its blocks, run on numbers or on words of a proof.
 
-It uses the functions, the graph and its schedule alone, as the interpreter does; nothing of a trace.
+It uses the functions, the graph and its schedule alone, as the interpreter does; no trace.
 """
 
 import inspect

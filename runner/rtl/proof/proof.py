@@ -123,7 +123,7 @@ class _Sides:
         return answer
 
     def _is_proved_with_cuts(self, condition: Term, seconds: float) -> bool:
-        """Prove a goal separately for clocks with enable, by cuts, and for all others, which are simple."""
+        """Prove a goal separately for clocks with enable, by cuts, and for the simple others."""
         otherwise = [*self.assumptions, self.solver.make("NOT", self.steps)]
         shallow = self.solver.replaced(condition, self._cuts.replaced)
         cases = ((condition, otherwise), (shallow, self._cuts.known(shallow)))

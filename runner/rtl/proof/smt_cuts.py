@@ -40,7 +40,7 @@ class Cuts:
     ) -> None:
         self.solver, self._assumptions = solver, assumptions
         self._bounds: dict[Term, tuple[Term, Term]] = {}  # of unknown words
-        self._cut_words: list[dict[Term, Term]] = []  # of each word: the unknown word for it and its equals
+        self._cut_words: list[dict[Term, Term]] = []  # by word: the unknown of it and its equals
         self._guesses = sorted({low for low, _ in guesses}), sorted({high for _, high in guesses})
         words = [(word, solver.read(word.text)) for word in specified]
         terms = list(dict.fromkeys(term for term in implemented if is_word(term)))

@@ -30,10 +30,10 @@ _CLOCKED_OTHERWISE = " ".join(
 
 @dataclass(frozen=True)
 class Implementation:
-    """Definitions of a module; its terms are words without a sign, as wide as the ports and registers."""
+    """Definitions of a module; terms are unsigned words as wide as ports and registers."""
 
     lines: tuple[str, ...]
-    widths: Mapping[str, int]  # widths of inputs, outputs, registers and wires, by their name in Verilog
+    widths: Mapping[str, int]  # of inputs, outputs, registers and wires, by Verilog name
     terms: Mapping[str, str]  # their values
     words: tuple[str, ...]  # names of all words that are computed
     following: Mapping[str, str]  # the next values of registers, at the clock

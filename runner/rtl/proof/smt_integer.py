@@ -19,7 +19,7 @@ MOST_PATHS = 1024
 
 
 class Specification:
-    """SMT-LIB definitions in order, each value once, and the conditions under which they are valid."""
+    """SMT-LIB definitions in order, each value once, and the conditions of their validity."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
@@ -70,7 +70,7 @@ class Specification:
         return outcome
 
     def merged(self, run: Callable[[], list[Any]], script: Sequence[bool] = ()) -> list["SmtInteger"]:
-        """Results of all paths through a function whose branches begin with the script, merged into one."""
+        """Results of all paths through a function that begin with the script, merged into one."""
         self._paths += 1
         if self._paths > MOST_PATHS:
             raise ValueError(f"more than {MOST_PATHS} paths through the branches")

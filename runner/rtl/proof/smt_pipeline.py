@@ -137,7 +137,7 @@ class _Netlist:
 
     @cached_property
     def stages(self) -> dict[Term, int]:
-        """Stages of the registers; raises _NoStagesError for a loop of registers of the pipeline."""
+        """Stages of the registers; raises _NoStagesError for a loop of its registers."""
         stages = {register: self.begins[register] for register in self.own}
         for register in self._ordered():
             leaves = self._leaves(self.taken[register])

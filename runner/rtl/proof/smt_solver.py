@@ -59,7 +59,7 @@ class SmtSolver:
         return self._terms.substitute_term(term, by) if by else term
 
     def simplified(self, term: Term) -> Term:
-        """Return a term of the same value; a number if the solver's rewriting finds that it is one."""
+        """Return a term of the same value; a number if the solver finds that it is one."""
         return self._rewriter.simplify_term(term)
 
     def chosen(self, term: Term) -> Term:

@@ -104,7 +104,7 @@ class _Writer:
         operands = operands_of(operation)
         texts = [self._text(each, stage) for each in operands]
         if len(operands) < len(operation.operands):
-            value = f"{texts[0]}[:{operation.width}].as_signed()"  # the low bits, as two's complement
+            value = f"{texts[0]}[:{operation.width}].as_signed()"  # low bits, two's complement
         else:
             value = OPERATIONS[operation.kind].in_amaranth(*texts)
         comment = line_comment(operation.place, self._told, "#")

@@ -44,7 +44,7 @@ def fitted(value: int, word: Word) -> str:
 
 
 class VerilogExpressions:
-    """Expressions over the wires named so far; each operand is taken at the stage of its operation."""
+    """Expressions over wires named so far; each operand is taken at the stage of its operation."""
 
     def __init__(self, stages: Mapping[Operation, int]) -> None:
         self._stages = stages
@@ -59,7 +59,7 @@ class VerilogExpressions:
             self._truths.add(operation)
 
     def stored(self, operation: Operation, word: Word, stage: int) -> str:
-        """Text of an operation for a port or register: only its low bits if the port lacks a sign bit."""
+        """Text of an operation for a port or register: its low bits if that has no sign bit."""
         self._stage = stage
         if operation.constant is not None:
             return fitted(operation.constant, word)

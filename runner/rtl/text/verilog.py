@@ -112,7 +112,7 @@ class _Writer:
             self.expressions.name(operation, names, truth=truth)
 
     def _source(self, operation: Operation) -> Generator[str, None, tuple[str, bool]]:
-        """The name of a port or register, signed where it is a number; and whether it is one bit."""
+        """The name of a port or register, signed if a number; and whether it is one bit."""
         source = self.module.sources[operation.name]
         if source.word.signed or source.word.high == 1:
             return source.name, not source.word.signed
@@ -133,7 +133,7 @@ class _Writer:
             return name, expression.truth
         wire = self._declared("wire", name, operation, expression.truth)
         if keep_adders and OPERATIONS[operation.kind].adder and not expression.wiring:
-            wire = f"(* keep *) {wire}; assign {name}"  # Icarus refuses an attribute if both are one
+            wire = f"(* keep *) {wire}; assign {name}"  # Icarus refuses attributes of both as one
         yield f"    {wire} = {expression.text};{comment}"
         return name, expression.truth
 

@@ -66,7 +66,7 @@ def _is_register(cell: Netlist) -> bool:
 
 
 def _delay(kind: str, port: str, before: str) -> float:
-    """Delay of a cell from one of its inputs, with the wire to it from a cell of the kind `before`."""
+    """Delay of a cell from an input, with the wire to it from a cell of the kind `before`."""
     in_chain = port == "CI" and before == "MUXCY"
     in_slice = kind in ("MUXCY", "XORCY") and port in ("S", "LI") and before.startswith("LUT")
     wire = 0.0 if in_chain or in_slice else _WIRE

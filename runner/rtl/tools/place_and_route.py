@@ -45,7 +45,7 @@ class CriticalPath:
 
 @dataclass(frozen=True)
 class HighestClock:
-    """The highest clock in megahertz and its path, or None; and its origin, or why there is none."""
+    """The highest clock in megahertz and its path, or None; and its origin, or why none is."""
 
     megahertz: float | None
     told: str

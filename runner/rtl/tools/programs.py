@@ -7,7 +7,7 @@ from pathlib import Path
 
 from proofmass.blocks.declaration.problem import Problem
 
-_BESIDE = str(Path(sys.executable).parent)  # folder of pip's programs; the environment need not be active
+_BESIDE = str(Path(sys.executable).parent)  # pip's programs, also if not activated
 
 
 def found(*programs: str) -> str | None:

@@ -83,7 +83,7 @@ def synthesized(verilog: str, top: str, family: ChipFamily) -> Resources:
             f"hierarchy -check -top {top}",
             "proc",
             "flatten",
-            "opt",  # removes registers without effect; names of others survive synthesis if they are kept
+            "opt",  # removes registers without effect; kept names survive synthesis
             f"setattr -set keep 1 a:{REGISTER}",
             *_NARROW_PRODUCTS,
         ]

@@ -33,7 +33,7 @@ permutations = Elementwise(permuted, {"number": int, "size": int, "half": int, "
 def drawn_together(study: Study, runs: AnyArray, *, apart: bool = False) -> dict[str, AnyArray]:
     """Return parameters and values of runs by their names in the flat graph: arrays with a row for each epoch.
 
-    With `apart` each of them is what it would be if nothing that it follows from were spread or drifted.
+    With `apart` each of them is what it would be if nothing it follows from were spread or drifted.
     """
     sensors = runs // study.points
     swept = {name: _rows(study, value) for name, value in _points(study, runs).items()}
@@ -116,7 +116,7 @@ def _deviates(study: Study, sensors: AnyArray) -> dict[str, AnyArray]:
 
 
 def _normals(study: Study, deviates: Mapping[str, AnyArray]) -> dict[str, AnyArray]:
-    """Return standard normal deviates, correlated and truncated, of the parameters that need them."""
+    """Return standard normal deviates, correlated and truncated, of parameters that need them."""
     spreads: dict[str, Any] = {name: spread for name, spread in study.spread.items() if spread.shape in NORMAL}
     if not spreads:
         return {}

@@ -15,7 +15,7 @@ from proofmass.graphs.studies.study import Study
 from proofmass.runner.host.arrays import AnyArray
 
 RUN, EPOCH, AGE, RECALIBRATION, FAULT = "run", "epoch", "age", "recalibration", "fault"
-_ONE_BY_ONE = 20_000  # runs and epochs up to which compiling the functions that draw them is not worth it
+_ONE_BY_ONE = 20_000  # runs and epochs too few to compile the functions that draw
 
 
 @dataclass(frozen=True)

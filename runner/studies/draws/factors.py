@@ -3,7 +3,7 @@
 With x(e) a parameter at an epoch and c the last epoch before e that calibrated (the first one where none has since):
 
     x(c)           what it was then; named as the parameter
-    x(e) - x(c)    its change since then, of a parameter that drifts; named "change of" the parameter
+    x(e) - x(c)    its change since then, of a drifting parameter; named "change of" the parameter
 
 A calibrated sensor depends on the changes alone: the calibration has removed the effect of earlier values.
 

@@ -1,4 +1,4 @@
-"""The folder of a study: its ledger and a copy of the study, from which runs can be shown and replayed."""
+"""The folder of a study: its ledger and a copy of the study, to show and replay runs."""
 
 import contextlib
 from pathlib import Path

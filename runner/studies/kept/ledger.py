@@ -137,7 +137,7 @@ class Ledger:
         return digest.digest()
 
     def _numbers(self, about: AnyArray) -> AnyArray:
-        """Return the numbers of runs in the ledger, between the least and the greatest of `about`."""
+        """Return the numbers of runs in the ledger, between the least and greatest of `about`."""
         if not len(about):
             return about
         least, greatest = int(about.min()), int(about.max())

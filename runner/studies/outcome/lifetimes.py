@@ -24,7 +24,7 @@ OUT = (0.01, 0.1, 0.5)  # parts of the sensors whose age of leaving is told
 
 @dataclass(frozen=True)
 class Lifetimes:
-    """Fates of the sensors under one limit, or all; arrays have an entry for each age that counts."""
+    """Fates of the sensors under one limit, or all; arrays have an entry for each counted age."""
 
     limit: str
     sensors: int
@@ -65,7 +65,7 @@ class Lifetimes:
 
 
 def lifetimes(result: StudyResult) -> Iterator[Lifetimes]:
-    """Yield the lifetimes of each limit and of all together; none without limits, epochs or runs."""
+    """Yield lifetimes of each limit and of all together; none without limits, epochs or runs."""
     study = result.study
     if len(study.epochs) < 2 or not study.limits or not len(result.numbers):
         return

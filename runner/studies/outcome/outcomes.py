@@ -19,7 +19,7 @@ class SensorRun(NamedTuple):
 
 
 class Outcomes(NamedTuple):
-    """Outcomes of runs at all epochs; a run that failed has NaN there, and its reason among the faults."""
+    """Outcomes of runs at all epochs; failed ones have NaN, and their reason among the faults."""
 
     numbers: AnyArray  # of the runs, in any order
     values: AnyArray  # by run, epoch and measure
@@ -41,7 +41,7 @@ class Outcomes(NamedTuple):
 
 
 def outcomes_of(runs: Iterable[SensorRun], epochs: int, measures: int) -> Outcomes:
-    """Return the outcomes of runs that come one after the other, each with all its epochs in order."""
+    """Return the outcomes of runs that come one after the other, each with its epochs in order."""
     numbers, rows, faults = list[int](), list[Sequence[float]](), dict[tuple[int, int], str]()
     for run in runs:
         if run.epoch == 0:

@@ -74,7 +74,7 @@ class StudyResult(Plotted):
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 over all values in the order of runs, epochs and names: equal when every bit is."""
+        """SHA-256 over all values in the order of runs, epochs and names: equal if every bit is."""
         digest = hashlib.sha256()
         for name in sorted(self.values):
             digest.update(np.ascontiguousarray(self.values[name], dtype="<f8").tobytes())
@@ -142,11 +142,11 @@ class StudyResult(Plotted):
         return mean_interval(np.asarray(np.bincount(places, values[known]) / np.bincount(places)))
 
     def yield_intervals(self) -> dict[str, Bounds]:
-        """Return confidence intervals of the yields, of as many independent runs as there are sensors."""
+        """Return confidence intervals of the yields, of as many runs as sensors."""
         return {name: part_interval(part * self.sensors, self.sensors) for name, part in self.yields().items()}
 
     def yields(self) -> dict[str, float]:
-        """Return the fraction of sensors that keep each limit at all epochs, and all limits together."""
+        """Return the fractions of sensors within each limit at all epochs, and within all."""
         good = self.good()
         if good is None or not len(good):
             return {}

@@ -63,7 +63,7 @@ class RunningMeans:
         return ", ".join(texts)
 
     def _count(self, values: AnyArray) -> None:
-        """Count sensors in their order, to the end of the study or until the means are known well enough."""
+        """Count sensors in their order, to the study's end or until the means are known."""
         sound = np.isfinite(values)
         at_first = np.take_along_axis(values, np.argmax(sound, axis=0)[None], axis=0)[0]
         self._first = np.where(np.isnan(self._first) & sound.any(axis=0), at_first, self._first)
@@ -82,7 +82,7 @@ class RunningMeans:
         self._sensors += last
 
     def _halves(self, sums: AnyArray) -> AnyArray:
-        """Return half of the confidence interval of each mean; infinite for fewer than two values."""
+        """Return half of the confidence interval of each mean; infinite for one value."""
         count, total, squares = sums
         many = np.maximum(count, 2.0)
         variance = np.maximum(squares - total * total / many, 0.0) / (many - 1.0)

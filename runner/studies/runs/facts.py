@@ -1,4 +1,4 @@
-"""The facts that determine the bits of a study, as texts that a ledger keeps and workers compare."""
+"""The facts that determine the bits of a study, as texts a ledger keeps and workers compare."""
 
 import hashlib
 import struct

@@ -88,7 +88,7 @@ class SensorRuns:
 
     @cached_property
     def _unset(self) -> dict[str, float]:
-        """Return the values of calibrated parameters before the first calibration: those of the graph."""
+        """Return the values of calibrated parameters before the first calibration."""
         return {name: self.study.nominal(name) for name in self.study.recalibration.carried}
 
     def code(self) -> str:
@@ -166,7 +166,7 @@ class SensorRuns:
         after.values[which, epoch] = some.values[:, epoch]
 
     def _carry(self, outcomes: Outcomes, epoch: int, calibrated: AnyArray, left: dict[str, AnyArray]) -> AnyArray:
-        """Store the results of calibrations as parameters of later epochs, and return which were done."""
+        """Store results of calibrations as parameters of later epochs; return those done."""
         measured = outcomes.values[:, epoch, self._carried]
         new = calibrated & np.isfinite(measured).all(axis=1)
         for name, values in zip(self.study.recalibration.carried, measured.T, strict=True):
@@ -184,7 +184,7 @@ class SensorRuns:
         return self._followed(number)[0]
 
     def _followed(self, number: int) -> tuple[list[SensorRun], list[tuple[float, ...]]]:
-        """Return one run at each epoch, and the measures just after each calibration; NaN elsewhere."""
+        """Return a run at each epoch, and the measures after each calibration; NaN elsewhere."""
         runs, left = list[SensorRun](), dict[str, float]()
         unknown = (math.nan,) * len(self.own_measures)
         after = [unknown] * len(self.study.epochs)
@@ -219,7 +219,7 @@ class SensorRuns:
         stop: threading.Event,
         noise_from: int = 0,
     ) -> None:
-        """Run sensors at some epochs side by side, with a value of each parameter for each epoch and run."""
+        """Run sensors at some epochs side by side, with parameters for each epoch and run."""
         assert self.together is not None
         shape = len(epochs), len(outcomes.numbers)
         noise = noise_from + np.array([noise_run(self.study, outcomes.numbers, epoch) for epoch in epochs]).ravel()
@@ -303,7 +303,7 @@ def _said(problem: Problem) -> str:
 
 
 def noise_run(study: Study, run: Any, epoch: int) -> Any:
-    """Return the number that makes the noise of a run and epoch its own; peers of a design share it."""
+    """Return the number that makes noise of a run and epoch unique; peers of a design share it."""
     return study.peer(run) * len(study.epochs) + epoch
 
 
@@ -314,7 +314,7 @@ def _sound(answer: _Answer | ModelError) -> _Answer:
 
 
 def change_measures(study: Study, measures: tuple[PlannedMeasure, ...]) -> tuple[PlannedMeasure, ...]:
-    """Return the changes of measures that a study asks for, as measures that nothing reads in the loop."""
+    """Return changes of measures a study asks for, as measures nothing reads in the loop."""
     units = {measure.name: (measure.unit, measure.shown_in) for measure in measures}
     found = []
     for name, change in study.changes.items():

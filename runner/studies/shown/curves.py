@@ -19,7 +19,7 @@ Curves = dict[str, list[tuple[float, AnyArray]]]
 
 
 def sweep_picture(result: StudyResult, measure: PlannedMeasure, name: str) -> str:
-    """Return a measure against a swept parameter as SVG, a curve for each combination of the other ones."""
+    """Return a measure against a swept parameter as SVG, a curve for each choice of others."""
     study = result.study
     values, curves = result[measure.name][:, -1], Curves()
     for point in range(study.points):
@@ -34,7 +34,7 @@ def sweep_picture(result: StudyResult, measure: PlannedMeasure, name: str) -> st
 
 
 def variant_pictures(results: Mapping[str, StudyResult]) -> list[tuple[str, str]]:
-    """Return for each swept parameter of several values a title, and pictures of all measures as SVG."""
+    """Return for each parameter of several values a title, and pictures of measures as SVG."""
     results = {name: as_shown(result) for name, result in results.items()}
     swept = {name: _swept(name) for name in results}
     keys = dict.fromkeys(key for values in swept.values() for key in values)

@@ -17,7 +17,7 @@ _RUNS = 10_000  # drawn again and written together
 
 
 class ExportColumn(NamedTuple):
-    """Name, unit and doc of a column; the unit of a number without one is "1", of a text nothing."""
+    """Name, unit and doc of a column; the unit of a number without one is "1", none of a text."""
 
     name: str
     unit: str

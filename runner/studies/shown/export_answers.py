@@ -19,7 +19,7 @@ from proofmass.runner.studies.shown.influences import StudyInfluences, index_row
 from proofmass.runner.studies.shown.points import parts
 
 NEITHER = (math.nan, math.nan)
-ENDINGS = {"json": "json", "netcdf": "nc", "csv": "csv", "parquet": "parquet"}  # of the files of each form
+ENDINGS = {"json": "json", "netcdf": "nc", "csv": "csv", "parquet": "parquet"}  # of files
 ABOUT = {  # description of each file
     "influences": "Effect of one standard deviation of each factor on the measures, by linear regression.",
     "sobol_indices": "Fractions of the variance; noise and drift, which a group of the design shares, are in no index.",

@@ -34,7 +34,7 @@ class Influences:
 
 
 def influences_at(result: StudyResult, drawn: Drawn, epoch: int) -> Iterator[Influences]:
-    """Yield the influences on each measure that varies; `drawn` are the parameters of the first runs."""
+    """Yield the influences on each measure that varies; `drawn` are parameters of first runs."""
     factors, since = drawn.factors(epoch), drawn.since(epoch)
     prepared = Columns(factors.columns)
     for measure in result.measures:
@@ -144,6 +144,6 @@ def point_columns(part: StudyResult) -> dict[str, Any]:
 
 
 def one_age(ages: Sequence[float], since: AnyArray) -> float:
-    """Return the age at the epoch `since` of each run if it is the same for all of them, else NaN."""
+    """Return the age at the epoch `since` of each run if it is the same for all, else NaN."""
     found = {ages[epoch] for epoch in since.tolist()}
     return found.pop() if len(found) == 1 else math.nan

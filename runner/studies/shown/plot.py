@@ -41,11 +41,11 @@ LIMIT = "limit"
 MOST_COLUMNS = 4  # points of a sweep beside each other
 LETTERS, SPACE = 110, 7  # of a row of a legend, and what an entry takes beside its own
 MARKED = 24  # epochs up to which each has a dot
-FAN = ((1.0, 99.0, 0.2), (10.0, 90.0, 0.3), (25.0, 75.0, 0.4))  # percentiles and how strongly they are drawn
+FAN = ((1.0, 99.0, 0.2), (10.0, 90.0, 0.3), (25.0, 75.0, 0.4))  # percentiles and their opacity
 _PROVED = "proved within tolerances"
 _WIDTH, _HEIGHT = 9.0, 3.1  # inches of a row of panels
 _LETTERS = 16  # of a line below a panel of points
-_BARS, _SCATTERS, _POINTS = 12, 2, 500  # factors of a tornado, those drawn as points, and how many points
+_BARS, _SCATTERS, _POINTS = 12, 2, 500  # of a tornado, drawn as points, and points
 _LINES = 5  # factors whose shares are drawn over the age
 _FEW = 2  # curves up to which the scatter of each is drawn
 
@@ -71,7 +71,7 @@ class Aged(NamedTuple):
 
 
 def aged(result: StudyResult, measure: PlannedMeasure) -> list[Aged]:
-    """Return the fans of a measure: that of its values, and that of its change where this is limited."""
+    """Return the fans of a measure: that of its values, and of its change where limited."""
     limit = result.study.limits.get(measure.name, Limit())
     fans = [Aged(measure, label_of(measure), (limit.at_least, limit.at_most))]
     if math.isfinite(limit.change):
@@ -149,7 +149,7 @@ def plot_distribution(result: StudyResult, measure: PlannedMeasure, proved: Sequ
 
 
 def plot_influences(influences: Influences) -> "Figure":
-    """Bars of the effects of one standard deviation, and the measure against its strongest factors."""
+    """Bars of the effects of one standard deviation, and the measure by its strongest factors."""
     label, strongest = label_of(influences.measure), influences.regression.influences[:_BARS]
     scattered = [influence.parameters[0] for influence in strongest[:_SCATTERS]]
     with sheet(_WIDTH, max(_HEIGHT, 0.9 + 0.22 * len(strongest))) as figure:
@@ -284,7 +284,7 @@ def _fan(panel: Any, ages: tuple[float, ...], values: Any, color: str, ink: str,
     for low, high, strength in FAN:
         below, above = np.percentile(values, (low, high), axis=0)
         _band(panel, at, below, above, "", color, alpha=strength)
-        through *= 1.0 - strength  # bands lie above each other: the legend shows the last one as it looks
+        through *= 1.0 - strength  # bands add up: the legend shows the last as it looks
         panel.fill_between([], [], color=color, alpha=1.0 - through, linewidth=0.0, label=edges.format(low, high))
     marker = "o" if len(at) <= MARKED else ""
     panel.plot(at, np.median(values, axis=0), color=ink, marker=marker, markersize=3, label=median)

@@ -47,7 +47,7 @@ def differences(first: StudyResult, other: StudyResult) -> Iterator[dict[str, An
 
 
 def swept_parts(result: StudyResult) -> dict[str, StudyResult]:
-    """Return `parts` with all intervals between calibrations together, so that they can be compared."""
+    """Return `parts` with all intervals between calibrations together, to compare them."""
     study, intervals = result.study, len(result.study.recalibration.every)
     swept = study.points // intervals
     if swept == 1 or swept > MOST_POINTS:

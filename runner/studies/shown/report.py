@@ -1,4 +1,4 @@
-"""A study as one HTML file: yield, tables, distributions, influences, and the runs to look at again."""
+"""A study as one HTML file: yield, tables, distributions, influences, and runs to look at."""
 
 import math
 import shlex
@@ -56,7 +56,7 @@ def save_study_report(
 ) -> Path:
     """Write the report; its commands replay runs of the study in the same folder.
 
-    `influences` are computed if they are not known already. What is `proved` stands beside the runs.
+    `influences` are computed if they are not known already. What is `proved` stands beside.
     """
     shown = as_shown(result)
     known = influences if influences and shown is result else StudyInfluences(shown)

@@ -29,7 +29,7 @@ def lifetimes_section(result: StudyResult) -> str:
 
 
 def calibrations_section(result: StudyResult) -> str:
-    """Return what the intervals between calibrations make of the same sensors, if there are several."""
+    """Return what the intervals between calibrations make of the same sensors, if several."""
     return _compared(result) if len(result.study.recalibration.every) > 1 else ""
 
 
@@ -144,7 +144,7 @@ def _lives_table(named: dict[str, StudyResult]) -> str:
 
 
 def _gain(life: Lifetimes, base: Lifetimes, part: StudyResult, other: StudyResult) -> str:
-    """Return how many more sensors are within the limit at the last age, each compared with itself."""
+    """Return how many more sensors are within the limit at the last age, each against itself."""
     sensors, base_sensors = (found.numbers // found.study.points for found in (part, other))
     _, mine, theirs = np.intersect1d(sensors, base_sensors, return_indices=True)
     apart = life.good_at_last[mine].astype(float) - base.good_at_last[theirs]

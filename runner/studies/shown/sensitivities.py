@@ -46,7 +46,7 @@ class Influence:
     effect_half: float  # half of its interval
     standardised: float
     rank: float  # standardised coefficient of the ranks
-    share: float  # of the variance; the shares of all factors add up to what the regression explains
+    share: float  # of the variance; the shares of all factors add up to what is explained
 
     @property
     def parameter(self) -> str:

@@ -43,7 +43,7 @@ def check(graph: GraphSource) -> Problems:
 
 
 def unready(graph: Graph, study: Study | None = None) -> list[Problem]:
-    """Return the problems of a run or study beyond the wiring, and notes on its length and recordings."""
+    """Return the problems of a run or study beyond the wiring, and notes on it."""
     try:
         planned = plan(graph)
     except ModelError as error:

@@ -30,7 +30,7 @@ class Parcel:
     """A study, how its runs are computed, and a hash of facts that must be equal wherever it is unpacked."""
 
     text: str
-    files: tuple[tuple[str, bytes], ...]  # recordings and long lists, named by hash, and files of own blocks
+    files: tuple[tuple[str, bytes], ...]  # recordings, long lists, named by hash; own blocks
     own: tuple[str, ...]  # names of the files of own blocks
     engine: EngineName
     lanes: int

@@ -17,7 +17,7 @@ _unpacking = threading.Lock()
 
 
 def run_chunk(parcel: Parcel, numbers: Sequence[int]) -> tuple[float, Outcomes]:
-    """Return runs at all epochs, and the seconds that they took. Raises `ParcelError`, `OSError`."""
+    """Return runs at all epochs, and the seconds they took. Raises `ParcelError`, `OSError`."""
     with _unpacking:
         _, sensors = _unpacked(parcel)
     began = time.perf_counter()
