@@ -5,30 +5,11 @@ from collections.abc import Mapping
 from itertools import count
 
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.other_functions import function_of
 from proofmass.blocks.declaration.problem import Problem, shown
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.targets import DURATION, RATE
 
-_FUNCTIONS = {  # what is asked of a graph as a method: the function that does it
-    "run": "simulate",
-    "simulate": "simulate",
-    "sim": "simulate",
-    "check": "check",
-    "validate": "check",
-    "margins": "margins",
-    "bode": "margins",
-    "noise": "noise",
-    "response": "response",
-    "linearise": "linearise",
-    "linearize": "linearise",
-    "sweep": "sweep",
-    "tune": "tune",
-    "fit": "fit",
-    "worst": "worst",
-    "write": "write_graph",
-    "save": "write_graph",
-    "to_toml": "write_graph",
-}
 _CHANGES = ("set", "set_parameter", "set_parameters", "with_parameter", "update", "replace")
 CAPITALS = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")  # where ReadOut becomes read_out
 
@@ -65,5 +46,5 @@ def asked(name: str) -> str:
     missing = f"a graph has no attribute {name!r}"
     if name in _CHANGES:
         return f'{missing}; graph.with_parameters({{"block.parameter": ...}}) returns a changed graph'
-    function = _FUNCTIONS.get(name)
+    function = function_of(name)
     return f"{missing}; {function} is a function: proofmass.{function}(graph)" if function else missing

@@ -6,23 +6,36 @@ from typing import Any
 
 import click
 
+from proofmass.blocks.declaration.other_functions import FUNCTIONS
 from proofmass.blocks.declaration.problem import Problem, did_you_mean
 from proofmass.blocks.declaration.unit_expressions import is_unit
 from proofmass.runner.output.counts import is_number
 
+_FUNCTIONS = {  # that a command calls, and whose names in other tools it has
+    "run": ("simulate", "sweep"),
+    "check": ("check",),
+    "margins": ("margins", "linearise"),
+    "response": ("response",),
+    "noise": ("noise",),
+    "spectrum": ("spectrum", "tones"),
+    "allan": ("allan",),
+    "montecarlo": ("run_study",),
+    "worst": ("worst",),
+    "tune": ("tune",),
+    "fit": ("fit",),
+    "prove": ("prove",),
+}
+
+
+def _elsewhere(functions: tuple[str, ...]) -> Iterator[str]:
+    """Yield the names of functions, here and in other tools, that are not commands themselves."""
+    for function in functions:
+        yield from (word for word in (function.replace("_", "-"), *FUNCTIONS[function]) if word not in _FUNCTIONS)
+
+
 ELSEWHERE: Mapping[str, tuple[str, ...]] = {  # a command or an option, and what other tools call it
-    "run": ("simulate", "sim", "start", "execute", "exec", "go", "sweep", "transient", "tran", "trace"),
-    "check": ("lint", "validate", "compile", "build", "inspect"),
+    **{command: tuple(_elsewhere(functions)) for command, functions in _FUNCTIONS.items()},
     "new": ("init", "create", "make", "template", "generate", "copy"),
-    "margins": ("bode", "nyquist", "stability", "linearise", "linearize", "poles", "root-locus", "loop"),
-    "response": ("step", "frequency", "bandwidth", "transfer", "impulse", "freqresp"),
-    "noise": ("noise-budget", "budget"),
-    "spectrum": ("psd", "fft", "welch", "thd", "enob", "tones"),
-    "allan": ("adev", "oadev", "allan-deviation"),
-    "montecarlo": ("monte-carlo", "mc", "study", "population", "drift", "yield"),
-    "worst": ("worst-case", "corners", "tolerance", "tolerances", "wca"),
-    "tune": ("optimise", "optimize", "autotune", "design"),
-    "fit": ("identify", "calibrate", "estimate", "sysid"),
     "draw": ("diagram", "picture", "svg", "graphviz", "dot", "mermaid", "show"),
     "rtl": ("verilog", "hdl", "synth", "hardware", "codegen"),
     "live": ("serve", "gui", "watch", "edit", "open", "ui"),

@@ -138,6 +138,9 @@ def _instead(name: str) -> str:
     """What was meant by a name that the package does not have."""
     if name.startswith("_"):
         return ""  # asked for by tools, again and again
+    function = import_module("proofmass.blocks.declaration.other_functions").function_of(name)
+    if function and name.islower():
+        return f"; did you mean {function}?"
     blocks = import_module("proofmass.blocks.declaration.families").homes()
     if name.lower() in blocks:
         return f"; a block comes from proofmass.blocks: from proofmass.blocks import {name}"
@@ -145,7 +148,7 @@ def _instead(name: str) -> str:
         written = "`proofmass new blocks.py` writes an example"
         return f"; it is a decorator of a kind of block, as @KIND.{name.lower()}: {written}"
     near = import_module("proofmass.blocks.declaration.problem").nearest(name, _HOMES)
-    return f"; did you mean {near}?" if near else ""
+    return f"; did you mean {near}?" if near else "; dir(proofmass) lists all names"
 
 
 def _drawn(graph: Any) -> str:

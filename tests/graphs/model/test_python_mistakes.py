@@ -9,6 +9,7 @@ import pytest
 import proofmass
 from proofmass import Block, Graph, Input, ModelError, block, check, param, simulate
 from proofmass.blocks import Chirp, Gain, MassSpringDamper, SquareRoot, Step
+from proofmass.blocks.declaration.other_functions import FUNCTIONS
 
 GRAPH = Graph(
     name="a gain",
@@ -82,6 +83,11 @@ def test_an_error_has_a_cure(call: Any, words: str) -> None:
         call()
 
 
+def test_names_of_other_tools_lead_to_public_functions() -> None:
+    assert {*FUNCTIONS} <= {*proofmass.__all__}
+    assert not {word for others in FUNCTIONS.values() for word in others} & {*proofmass.__all__}
+
+
 def test_the_cures_work() -> None:
     assert str(GRAPH.with_parameters({"rate": "2 kHz"}).rate) == "2000"
     assert GRAPH.changed(seed=2).seed == 2
@@ -100,6 +106,11 @@ def test_a_graph_is_copied_and_sent() -> None:
         ("from proofmass.blocks import Limiter", "here that is Saturation."),
         ("from proofmass import simulat", "did you mean simulate?"),
         ("from proofmass import Step", "from proofmass.blocks import Step"),
+        ("from proofmass import load", "did you mean read_graph?"),
+        ("from proofmass import run", "did you mean simulate?"),
+        ("from proofmass import monte_carlo", "did you mean run_study?"),
+        ("from proofmass import step", "did you mean response?"),
+        ("from proofmass import lqr", "dir(proofmass) lists all names"),
     ],
 )
 def test_a_misspelt_import_names_the_nearest(statement: str, words: str) -> None:
