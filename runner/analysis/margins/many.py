@@ -54,9 +54,8 @@ if TYPE_CHECKING:
     from proofmass.runner.targets.native import BegunNumbers
     from proofmass.runner.targets.native_slopes import CompiledSlopes
 
-MarginValues = tuple[
-    float, ...
-]  # of each loop its requirements in their order, NaN if it is not stable, and its verdict
+# Of each loop its requirements in their order, NaN if it is not stable, and its verdict.
+MarginValues = tuple[float, ...]
 _TURN = 2.0 * math.pi
 _OF_TIME = (StateBinding, BufferBinding, Time, Tick)
 _TOGETHER = 256  # sensors whose slopes are kept at a time
