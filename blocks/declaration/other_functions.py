@@ -21,6 +21,12 @@ FUNCTIONS: Mapping[str, tuple[str, ...]] = {  # what others call them; "-" also 
     "fit": ("identify", "calibrate", "estimate", "sysid"),
     "prove": ("proof", "robust", "robstab"),
 }
+_PICTURES = ("plot", "draw", "show", "figure", "picture")
+
+
+def drawn_by(name: str) -> str:
+    """Return how a picture is made, if the name asks for one; else an empty text."""
+    return "a result draws itself, as simulate(graph).plot()" if name in _PICTURES else ""
 
 
 def function_of(name: str) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from itertools import count
 
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.other_functions import function_of
+from proofmass.blocks.declaration.other_functions import drawn_by, function_of
 from proofmass.blocks.declaration.problem import Problem, shown
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.targets import DURATION, RATE
@@ -46,5 +46,7 @@ def asked(name: str) -> str:
     missing = f"a graph has no attribute {name!r}"
     if name in _CHANGES:
         return f'{missing}; graph.with_parameters({{"block.parameter": ...}}) returns a changed graph'
+    if drawn_by(name):
+        return f"{missing}; {drawn_by(name)}"
     function = function_of(name)
     return f"{missing}; {function} is a function: proofmass.{function}(graph)" if function else missing

@@ -138,9 +138,11 @@ def _instead(name: str) -> str:
     """What was meant by a name that the package does not have."""
     if name.startswith("_"):
         return ""  # asked for by tools, again and again
-    function = import_module("proofmass.blocks.declaration.other_functions").function_of(name)
-    if function and name.islower():
-        return f"; did you mean {function}?"
+    others = import_module("proofmass.blocks.declaration.other_functions")
+    if others.drawn_by(name):
+        return f"; {others.drawn_by(name)}"
+    if name.islower() and others.function_of(name):
+        return f"; did you mean {others.function_of(name)}?"
     blocks = import_module("proofmass.blocks.declaration.families").homes()
     if name.lower() in blocks:
         return f"; a block comes from proofmass.blocks: from proofmass.blocks import {name}"

@@ -70,6 +70,7 @@ def test_a_wire_is_one_text(wires: Any) -> None:
         (lambda: simulate({}), r'not a graph\n  got:      \{\}\n  hint:     name its file, or write Graph\(name='),
         (lambda: proofmass.run_study("x.toml", jobs=2), r"did you mean threads\?"),
         (lambda: GRAPH.run(), r"simulate is a function: proofmass\.simulate\(graph\)"),
+        (lambda: GRAPH.plot(), r"a result draws itself, as simulate\(graph\)\.plot\(\)"),
         (lambda: GRAPH.bode(), r"margins is a function: proofmass\.margins\(graph\)"),
         (lambda: GRAPH.set("gain.gain", 2), r'graph\.with_parameters\(\{"block\.parameter": \.\.\.\}\)'),
         (lambda: setattr(GRAPH, "rate", "2 kHz"), r'graph = graph\.with_parameters\(\{"rate": \.\.\.\}\)'),
@@ -110,6 +111,7 @@ def test_a_graph_is_copied_and_sent() -> None:
         ("from proofmass import run", "did you mean simulate?"),
         ("from proofmass import monte_carlo", "did you mean run_study?"),
         ("from proofmass import step", "did you mean response?"),
+        ("from proofmass import plot", "a result draws itself"),
         ("from proofmass import lqr", "dir(proofmass) lists all names"),
     ],
 )
