@@ -10,6 +10,8 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
+from proofmass.blocks.declaration.problem import did_you_mean
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -17,7 +19,23 @@ if TYPE_CHECKING:
 _NUMBER = re.compile(r"[-−+]?[\d.,]+(e[-+]?\d+)?")
 
 
-class Plotted:
+class _Answering:
+    """A result that answers for attributes it does not have."""
+
+    if not TYPE_CHECKING:  # to checkers of types it has what is declared
+
+        def __getattr__(self, name: str) -> Any:
+            if name.startswith("_"):
+                raise AttributeError(name)  # asked for by tools, again and again
+            raise AttributeError(f"{type(self).__name__} has no attribute {name!r}; {self._instead(name)}")
+
+    def _instead(self, name: str) -> str:
+        """Return a hint at what was meant by an attribute that is not there."""
+        known = [attribute for attribute in dir(self) if not attribute.startswith("_")]
+        return did_you_mean(name, known, "its attributes")
+
+
+class Plotted(_Answering):
     """A result with a picture."""
 
     def plot(self) -> "Figure":
@@ -26,7 +44,7 @@ class Plotted:
         return figure
 
 
-class Told:
+class Told(_Answering):
     """A result with a text for people, that of its command: `str` is the text, `repr` its first line."""
 
     def __str__(self) -> str:

@@ -77,6 +77,9 @@ def _scaled_statistics(values: AnyArray, scale: float) -> Statistics:
         return Statistics(mean, np.sqrt(squares / max(count - 1, 1)), lowest, highest)
 
 
+_MEANT = {"data": "values", "array": "values", "y": "values", "time": "times", "t": "times", "x": "times"}
+
+
 @dataclass(frozen=True)
 class Trace(NDArrayOperatorsMixin, Plotted):
     """Recording of one probe: a row per tick, the first at t = 0 or its block's clock offset.
@@ -188,6 +191,14 @@ class Trace(NDArrayOperatorsMixin, Plotted):
     def _repr_html_(self) -> str:
         return f"{sparkline(self.values)} {escape(repr(self)[1:-1])}"
 
+    def __getitem__(self, rows: Any) -> Any:
+        """Return values, in their unit, by the numbers of rows, as `trace[-1]` or `trace[100:]`."""
+        return self.values[rows]
+
+    def _instead(self, name: str) -> str:
+        of_array = name != "data" and hasattr(np.ndarray, name)
+        return f"its array has: trace.values.{name}" if of_array else super()._instead(_MEANT.get(name, name))
+
 
 class NoSuchSignal(KeyError):  # noqa: N818  # what it says
     """A signal that a run did not record, and which it did."""
@@ -235,6 +246,14 @@ class Result(Plotted):
 
     def __contains__(self, signal: object) -> bool:
         return signal in self.traces
+
+    def _instead(self, name: str) -> str:
+        trace, meant = next(iter(self.traces.values()), None), _MEANT.get(name, name)
+        if meant in ("save", "write", "export") or meant.startswith("to_"):
+            return 'as a table: result.to_pandas().to_csv("run.csv")'
+        if trace is not None and hasattr(trace, meant):
+            return f'a trace has: result["{trace.signal}"].{meant}'
+        return super()._instead(meant)
 
     def keys(self) -> KeysView[str]:
         """Return the signals that were recorded."""

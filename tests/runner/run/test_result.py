@@ -209,6 +209,31 @@ def test_a_trace_is_an_array_with_a_line_to_read() -> None:
     assert "Trace of adc.code" in shown
 
 
+def test_rows_of_a_trace_are_those_of_its_array() -> None:
+    trace = simulate("library:template", duration="1 ms")["adc.code"]
+    assert trace[-1] == trace.values[-1]
+    assert [*trace[2:4]] == [*trace.values[2:4]]
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        (lambda result: result.time, 'a trace has: result["sensor.displacement"].times'),
+        (lambda result: result.data, 'a trace has: result["sensor.displacement"].values'),
+        (lambda result: result.to_csv, 'as a table: result.to_pandas().to_csv("run.csv")'),
+        (lambda result: result.tick, "did you mean ticks?"),
+        (lambda result: result["adc.code"].time, "did you mean times?"),
+        (lambda result: result["adc.code"].mean(), "its array has: trace.values.mean"),
+    ],
+)
+@pytest.mark.friendly(8, "misspelt attributes of a result")
+def test_an_attribute_that_is_not_there_is_answered_by_one_that_is(asked: Any, words: str) -> None:
+    result = simulate("library:template", duration="1 ms")
+    with pytest.raises(AttributeError) as wrong:
+        asked(result)
+    assert str(wrong.value).endswith(words)
+
+
 def test_a_sparkline_keeps_spikes_and_is_empty_where_nothing_can_be_drawn() -> None:
     values = np.zeros(100_000)
     values[77_777] = 1.0
