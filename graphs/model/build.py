@@ -31,7 +31,7 @@ from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, LARGEST_RUN, NAME, WIRES
 from proofmass.graphs.model.loops import Loop, read_loops
 from proofmass.graphs.model.measures import MEASURES, Measure, read_display_unit
-from proofmass.graphs.model.near_names import with_nearest
+from proofmass.graphs.model.near_names import ends_of, with_nearest
 from proofmass.graphs.model.rates import Rate, read_duration, read_rate
 from proofmass.graphs.model.requirements import Requirement, read_requirements
 from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, RATE
@@ -248,18 +248,12 @@ def read_wire(text: object) -> Wire:
     """A wire from `"block.port -> block.port"`."""
     if isinstance(text, Wire):
         return text
-    ends = [end.strip() for end in text.split("->", 2)] if isinstance(text, str) else _pair(text)
+    ends = ends_of(text)
     if isinstance(text, str) and len(ends) == 2 and all(map(_is_signal, ends)):
         return Wire(*ends)
     if not isinstance(text, str) and all(map(_is_signal, ends)) and ends:
         raise Refusal("not a wire", f'write "{" -> ".join(ends)}"')
     raise Refusal("not a wire", _lower_case(ends) or 'write "block.output -> block.input"')
-
-
-def _pair(value: object) -> list[str]:
-    """Return the two texts of a list with two entries, or nothing."""
-    entries = list(value) if isinstance(value, list | tuple) else []
-    return [entry.strip() for entry in entries] if [type(entry) for entry in entries] == [str, str] else []
 
 
 def _entries(wires: Iterable[Any]) -> tuple[Any, ...]:

@@ -66,14 +66,14 @@ class _End(NamedTuple):
     port: Port
 
 
-def whole_wire(text: object, blocks: Mapping[str, object]) -> str:
+def whole_wire(wire: object, blocks: Mapping[str, object]) -> str:
     """Return a hint for a wire such as "inertia -> sensor"; empty where the blocks are not known.
 
     >>> from proofmass.blocks import Gain, Step
     >>> whole_wire("step -> gain", {"step": Step(), "gain": Gain()})
     'write "step.output -> gain.input"'
     """
-    ends = [end.strip() for end in text.split("->")] if isinstance(text, str) else []
+    ends = ends_of(wire)
     if len(ends) != 2:
         return ""
     sources, targets = (list(_ends(end, blocks, number)) for number, end in enumerate(ends))
@@ -81,6 +81,16 @@ def whole_wire(text: object, blocks: Mapping[str, object]) -> str:
     meant = [wire for wire in wires if _fit(*wire)] or wires
     written = [f'"{source.signal} -> {target.signal}"' for source, target in meant]
     return f"write {' or '.join(written[:_SHOWN])}" if written else ""
+
+
+def ends_of(wire: object) -> list[str]:
+    """Return the ends of a wire: of a text with arrows, a list, or a table with `from` and `to`."""
+    if isinstance(wire, str):
+        return [end.strip() for end in wire.split("->", 2)]
+    if isinstance(wire, Mapping):
+        wire = [wire[side] for side in sorted(wire, key=lambda side: side in ("to", "target", "sink"))]
+    entries = list(wire) if isinstance(wire, list | tuple) else []
+    return [entry.strip() for entry in entries] if [type(entry) for entry in entries] == [str, str] else []
 
 
 def _ends(text: str, blocks: Mapping[str, object], number: int) -> Iterator[_End]:

@@ -38,9 +38,14 @@ def test_what_fits(source: str, target: str, joined: bool) -> None:
         (["a.output", "b.input"], 'write "a.output -> b.input"'),
         (["a.output", "no signal"], 'write "block.output -> block.input"'),
         ([], 'write "block.output -> block.input"'),
+        ({"from": "a.output", "to": "b.input"}, 'write "a.output -> b.input"'),
+        ({"to": "b.input", "from": "a.output"}, 'write "a.output -> b.input"'),
+        ({"from": "a.output"}, 'write "block.output -> block.input"'),
+        ({"from": 1, "to": 2}, 'write "block.output -> block.input"'),
+        ({1: "a.output", None: "b.input"}, 'write "a.output -> b.input"'),
     ],
 )
-def test_a_wire_of_two_texts_is_written_as_one_where_both_are_signals(wire: list[str], cure: str) -> None:
+def test_a_wire_of_two_texts_is_written_as_one_where_both_are_signals(wire: object, cure: str) -> None:
     with pytest.raises(Refusal, match="not a wire") as refusal:
         read_wire(wire)
     assert refusal.value.hint == cure
