@@ -125,6 +125,13 @@ def _no_block(root: Graph, signal: str, what: str) -> Missing:
     return Missing(f"there is no block {path}{name}", hint + (declare if not path else ""), absent=True)
 
 
+def last_outputs(flat: FlatGraph) -> list[str]:
+    """Return the outputs of blocks that read something, and of which nothing reads any."""
+    reading, read = ({split(getattr(wire, side))[0] for wire in flat.wires} for side in ("target", "source"))
+    last = [name for name in flat.blocks if name in reading - read]
+    return [f"{name}.{port}" for name in last for port in type(flat.blocks[name]).outputs]
+
+
 def output_of_a_loop(flat: FlatGraph) -> str:
     """Return an output of the graph for hints: one fed back, or else the first wired."""
     from proofmass.graphs.model.digraph import loops  # start-up time: few graphs are refused

@@ -7,6 +7,7 @@ import click
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import AUTO
+from proofmass.graphs.model.names import last_outputs
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.noise.budget import BudgetQuestion, budgets_at
 from proofmass.runner.analysis.noise.noise_budget import NoiseBudget
@@ -30,7 +31,8 @@ def show_noise(request: NoiseRequest) -> int:
         return _show_value(request, graph)
     with progress(request.as_json) as bar:
         points = OperatingPoints(plan(graph), request.at, bar)
-    outputs = [request.output] if request.output else list(dict.fromkeys(probe.signal for probe in points.plan.probes))
+    probed = list(dict.fromkeys(probe.signal for probe in points.plan.probes))
+    outputs = [request.output] if request.output else probed or last_outputs(points.plan.graph)
     if not outputs:
         raise points.plan.graph.placed(_NO_OUTPUT).error
     wanted = BudgetQuestion(request.source, band_of(request.band), derivatives=request.derivatives)

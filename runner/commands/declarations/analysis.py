@@ -88,7 +88,11 @@ class NoiseRequest(Changed, does="noise_command.show_noise"):
     """
 
     graph: Path = file_argument(library=True)
-    output: str = option("Show the sources of the noise of this output (default: of every probe).", default="", **PORT)
+    output: str = option(
+        "Show the sources of the noise of this output (default: of every probe, else of the last blocks).",
+        default="",
+        **PORT,
+    )
     source: str = option("Refer the noise to this output of a source.", "--input", default="", **PORT)
     band: tuple[str, str] | None = band_option('Count noise within this band, as "0.1 Hz" "100 Hz" (default: all).')
     at: str = AT

@@ -19,6 +19,32 @@ def said(capsys: pytest.CaptureFixture[str], *words: str, code: int = 0) -> str:
     return captured.out + captured.err
 
 
+UNPROBED = """name = "bare"
+rate = "1 kHz"
+wires = ["noise.output -> gain.input", "gain.output -> last.input"]
+blocks.noise = { kind = "WhiteNoise", density = "2 V/sqrt(Hz)", unit = "V" }
+blocks.gain = { kind = "Gain", gain = 3.0, input_unit = "V", output_unit = "V" }
+blocks.last = { kind = "UnitDelay", unit = "V" }
+blocks.unused = { kind = "Step", unit = "V" }
+"""
+
+
+def test_noise_without_probes_is_that_of_outputs_that_nothing_reads(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "bare.toml"
+    file.write_text(UNPROBED, encoding="utf-8")
+    (budget,) = json.loads(said(capsys, "noise", str(file), "--json"))
+    assert budget["output"] == "last.output"
+    assert budget["rms"] == pytest.approx(6.0 * np.sqrt(500.0))
+
+
+def test_noise_of_a_graph_without_wires_asks_for_an_output(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = tmp_path / "alone.toml"
+    file.write_text('name = "alone"\nrate = "1 kHz"\nblocks.step = { kind = "Step" }\n', encoding="utf-8")
+    assert "name an output" in said(capsys, "noise", str(file), code=1)
+
+
 @pytest.fixture
 def recording(tmp_path: Path) -> str:
     """A rate of 0.05 deg/sqrt(h) at 50 Hz, and a tone."""
