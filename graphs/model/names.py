@@ -3,6 +3,7 @@
 from collections.abc import Collection
 from typing import NamedTuple
 
+from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import did_you_mean, nearest
@@ -130,6 +131,22 @@ def last_outputs(flat: FlatGraph) -> list[str]:
     reading, read = ({split(getattr(wire, side))[0] for wire in flat.wires} for side in ("target", "source"))
     last = [name for name in flat.blocks if name in reading - read]
     return [f"{name}.{port}" for name in last for port in type(flat.blocks[name]).outputs]
+
+
+def sources_of(flat: FlatGraph, output: str) -> list[str]:
+    """Return sources of numbers an output follows from, without noise; those in subgraphs if no others."""
+    from proofmass.graphs.model.digraph import reached  # start-up time: few commands ask
+
+    before: dict[str, list[str]] = {}
+    for wire in flat.wires:
+        before.setdefault(split(wire.target)[0], []).append(split(wire.source)[0])
+    found = []
+    for name in sorted(reached(before, [split(output)[0]])):
+        kind = type(flat.blocks[name])
+        functions = (*kind.functions.values(), *kind.output_functions.values())
+        if not (kind.inputs or name in before or any(Meaning.DEVIATE in function.meanings for function in functions)):
+            found += [f"{name}.{port}" for port, one in kind.outputs.items() if one.dtype is float and not one.shape]
+    return [source for source in found if source.count(".") == 1] or found
 
 
 def output_of_a_loop(flat: FlatGraph) -> str:

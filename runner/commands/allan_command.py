@@ -1,21 +1,26 @@
 """The command `allan`: deviations over averaging time, and the coefficients of noise."""
 
+from functools import partial
+
 from proofmass.runner.analysis.allan.deviations import allan, duration
 from proofmass.runner.analysis.allan.plot import plot_allan
 from proofmass.runner.analysis.allan.text import allan_text, duration_text
-from proofmass.runner.commands.answers import DONE, print_answer, print_picture
+from proofmass.runner.analysis.spectrum.series import Series
+from proofmass.runner.commands.answers import Shown
 from proofmass.runner.commands.declarations.analysis import AllanRequest
-from proofmass.runner.commands.series_source import quantity, signal_of
+from proofmass.runner.commands.series_source import answers_about, quantity
 
 
 def show_allan(request: AllanRequest) -> int:
-    """Show the Allan deviation of a signal and return the exit code."""
+    """Show the Allan deviations of signals and return the exit code."""
+    return answers_about(request, request.picture, partial(_answered, request))
+
+
+def _answered(request: AllanRequest, series: Series) -> Shown:
     seconds = quantity("--tau", request.tau, "s") if request.tau else None
     error = quantity("--confidence", request.confidence, "1")
-    result = allan(signal_of(request))
+    result = allan(series)
     needed = duration(result, seconds, error) if seconds is not None else None
     more = {"needed": needed.as_data()} if needed else {}
     lines = [allan_text(result), *([duration_text(needed)] if needed else [])]
-    print_answer(request.as_json, lambda: result.as_data() | more, lines)
-    print_picture(lambda: plot_allan(result), request.picture, request.as_json)
-    return DONE
+    return Shown(series.name, lines, lambda: result.as_data() | more, partial(plot_allan, result))

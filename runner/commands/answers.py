@@ -1,18 +1,22 @@
 """Answers of commands: exit codes, text for people or JSON for programs, then the files that were written."""
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import click
 
+from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.output.json_text import json_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from proofmass.blocks.declaration.problem import Problem
+
+_Question = TypeVar("_Question")
+_Answer = TypeVar("_Answer")
 
 DONE = 0  # exit codes of every command
 WRONG_MODEL = 1  # the graph or study has problems, or a check of it failed
@@ -62,6 +66,41 @@ def print_pictures(figures: Mapping[str, Callable[[], "Figure"]], path: Path | N
     for name, draw in figures.items():
         named = path.with_stem(f"{path.stem}_{name}") if path is not None and len(figures) > 1 else path
         print_picture(draw, named, as_json)
+
+
+class Shown(NamedTuple):
+    """One of several answers: its name, lines for people, plain data, and its picture."""
+
+    name: str
+    lines: Iterable[str]
+    data: Callable[[], Any]
+    draw: Callable[[], "Figure"]
+
+
+def attempted(ask: Callable[[_Question], _Answer], questions: Iterable[_Question]) -> "Iterator[_Answer | ModelError]":
+    """Yield the answers to some questions, or why one has none."""
+    for question in questions:
+        try:
+            yield ask(question)
+        except ModelError as error:
+            yield error
+
+
+def print_answers(answers: "Iterable[Shown | ModelError]", alone: bool, path: Path | None, as_json: bool) -> int:
+    """Print answers and write their pictures, and return the exit code; `alone` is one that was asked for by name.
+
+    Raises a `ModelError` of all that have none.
+    """
+    every = list(answers)
+    told = [answer for answer in every if isinstance(answer, Shown)]
+    if told:
+        lines = (line for answer in told for line in answer.lines)
+        print_answer(as_json, lambda: told[0].data() if alone else [answer.data() for answer in told], lines)
+    print_pictures({answer.name: answer.draw for answer in told}, path, as_json)
+    problems = [problem for answer in every if isinstance(answer, ModelError) for problem in answer.problems]
+    if problems:
+        raise ModelError(problems)
+    return DONE
 
 
 def print_text(lines: Iterable[str], err: bool = False) -> None:

@@ -14,7 +14,7 @@ from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.graph import Graph, Probe, split
 from proofmass.graphs.model.integration import read_integration
-from proofmass.graphs.model.names import Missing, find_output
+from proofmass.graphs.model.names import Missing, find_output, last_outputs
 from proofmass.graphs.model.targets import DURATION, RATE
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import STUDY, is_study, read_variants
@@ -83,3 +83,13 @@ def _new_probes(graph: Graph, signals: tuple[str, ...]) -> Iterator[Probe]:
             raise Problem(message=known.message, key=f"--probe {signal}", hint=known.hint).error
         if signal not in probed:
             yield probe
+
+
+def outputs_of(graph: Graph, named: str, option: str) -> list[str]:
+    """Return the output named, else all probes, else outputs that nothing reads; raises `ModelError`."""
+    probed = dict.fromkeys(probe.signal for probe in graph.probes)
+    outputs = [named] if named else list(probed) or last_outputs(flatten(graph))
+    if not outputs:
+        hint = f"name an output: {option} adc.number"
+        raise graph.placed(Problem(message="the graph has no probe", hint=hint, path=("probes",))).error
+    return outputs

@@ -4,24 +4,21 @@ from functools import partial
 
 import click
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import AUTO
-from proofmass.graphs.model.names import last_outputs
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.noise.budget import BudgetQuestion, budgets_at
 from proofmass.runner.analysis.noise.noise_budget import NoiseBudget
 from proofmass.runner.analysis.noise.over_runs import deviation_over_runs
 from proofmass.runner.analysis.noise.plot import plot_noise
 from proofmass.runner.analysis.noise.text import derivatives_text, noise_text, value_text
-from proofmass.runner.commands.answers import DONE, print_answer, print_pictures
+from proofmass.runner.commands.answers import DONE, Shown, print_answer, print_answers
 from proofmass.runner.commands.declarations.analysis import NoiseRequest
-from proofmass.runner.commands.graph_options import graph_of
+from proofmass.runner.commands.graph_options import graph_of, outputs_of
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.series_source import band_of
 from proofmass.runner.planning.plan import plan
-
-_NO_OUTPUT = Problem(message="the graph has no probe", hint="name an output: --output adc.number", path=("probes",))
 
 
 def show_noise(request: NoiseRequest) -> int:
@@ -31,22 +28,16 @@ def show_noise(request: NoiseRequest) -> int:
         return _show_value(request, graph)
     with progress(request.as_json) as bar:
         points = OperatingPoints(plan(graph), request.at, bar)
-    probed = list(dict.fromkeys(probe.signal for probe in points.plan.probes))
-    outputs = [request.output] if request.output else probed or last_outputs(points.plan.graph)
-    if not outputs:
-        raise points.plan.graph.placed(_NO_OUTPUT).error
+    outputs = outputs_of(graph, request.output, "--output")
     wanted = BudgetQuestion(request.source, band_of(request.band), derivatives=request.derivatives)
     answers = budgets_at(points, outputs, wanted)
-    budgets = [answer for answer in answers if isinstance(answer, NoiseBudget)]
-    refused = [answer for answer in answers if isinstance(answer, ModelError)]
-    data = [budget.as_data() for budget in budgets]
-    texts = (text for budget in budgets for text in (noise_text(budget), *derivatives_text(budget)))
-    print_answer(request.as_json, lambda: data[0] if request.output and data else data, texts)
-    figures = {budget.output: partial(plot_noise, budget) for budget in budgets}
-    print_pictures(figures, request.picture, request.as_json)
-    if refused:
-        raise ModelError([problem for error in refused for problem in error.problems])
-    return DONE
+    told = (answer if isinstance(answer, ModelError) else _answered(answer) for answer in answers)
+    return print_answers(told, bool(request.output), request.picture, request.as_json)
+
+
+def _answered(budget: NoiseBudget) -> Shown:
+    lines = [noise_text(budget), *derivatives_text(budget)]
+    return Shown(budget.output, lines, budget.as_data, partial(plot_noise, budget))
 
 
 def _show_value(request: NoiseRequest, graph: Graph) -> int:

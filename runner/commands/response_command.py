@@ -1,13 +1,19 @@
 """The command `response`: from one output to another, by the linearisation and by simulation."""
 
+from collections.abc import Sequence
+from functools import partial
+
 import click
 
+from proofmass.blocks.declaration.problem import Problem
+from proofmass.graphs.model.flatten import FlatGraph, flatten
+from proofmass.graphs.model.names import sources_of
 from proofmass.runner.analysis.response.plot import plot_response
 from proofmass.runner.analysis.response.response import response
 from proofmass.runner.analysis.response.text import response_text
-from proofmass.runner.commands.answers import DONE, print_answer, print_picture
+from proofmass.runner.commands.answers import Shown, attempted, print_answers
 from proofmass.runner.commands.declarations.analysis import ResponseRequest
-from proofmass.runner.commands.graph_options import graph_of
+from proofmass.runner.commands.graph_options import graph_of, outputs_of
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.series_source import band_of
 
@@ -17,8 +23,23 @@ def show_response(request: ResponseRequest) -> int:
     if request.simulate is None and (request.amplitude or request.band):
         raise click.UsageError("--amplitude and --band are those of a stimulus: add --simulate multitone")
     graph = graph_of(request.graph, request.own, request.changes)
+    outputs = outputs_of(graph, request.output, "INPUT")
+    source = request.input or _source(flatten(graph), outputs)
     with progress(request.as_json) as bar:
-        answer = request.call(response, graph, band=band_of(request.band), progress=bar)
-    print_answer(request.as_json, answer.as_data, [response_text(answer)])
-    print_picture(lambda: plot_response(answer), request.picture, request.as_json)
-    return DONE
+
+        def ask(output: str) -> Shown:
+            answer = request.call(response, graph, source, output, band=band_of(request.band), progress=bar)
+            return Shown(output, [response_text(answer)], answer.as_data, partial(plot_response, answer))
+
+        answers = [*attempted(ask, outputs)]
+    return print_answers(answers, len(outputs) == 1, request.picture, request.as_json)
+
+
+def _source(flat: FlatGraph, outputs: Sequence[str]) -> str:
+    """Return the only source that outputs follow from; raises `ModelError`."""
+    sources = list(dict.fromkeys(source for output in outputs for source in sources_of(flat, output)))
+    if len(sources) != 1:
+        message = "which input is meant must be said"
+        hint = f"write proofmass response GRAPH {(sources or ['INPUT'])[0]} {outputs[0]}"
+        raise Problem(message=message, key="input", got=", ".join(sources), hint=hint).error
+    return sources[0]

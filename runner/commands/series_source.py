@@ -1,24 +1,34 @@
-"""Source of the signal of an analysis: a run of a graph, or a recording."""
+"""Source of the signals of an analysis: a run of a graph, or a recording."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
 
 import click
 
-from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.unit_expressions import UnitError
 from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.build import read_probe
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.graph import Graph, Probe
 from proofmass.runner.analysis.spectrum.series import Series, of_trace, read_series
+from proofmass.runner.commands.answers import Shown, attempted, print_answers
 from proofmass.runner.commands.declarations.analysis import OfSignal
-from proofmass.runner.commands.graph_options import graph_of
+from proofmass.runner.commands.graph_options import graph_of, outputs_of
 from proofmass.runner.commands.progress import progress
 
 _OF_GRAPHS = {"duration": "duration", "samples": "samples", "seed": "seed", "changes": "set", "own": "blocks"}
 
 
-def signal_of(request: OfSignal) -> Series:
-    """Return the signal without the skipped part."""
-    whole = _simulated(request) if request.source.suffix == ".toml" else _recorded(request)
-    return whole.behind(quantity("--skip", request.skip, "s"))
+def answers_about(request: OfSignal, picture: Path | None, ask: Callable[[Series], Shown]) -> int:
+    """Print answers about the signal named, else the first column, or all probes of a graph; return the exit code."""
+    if request.source.suffix == ".toml":
+        signals = _simulated(request)
+    else:
+        _refuse_options_of_graphs(request)
+        signals = [partial(read_series, request.source, request.probe)]
+    skipped = quantity("--skip", request.skip, "s")
+    answers = attempted(lambda signal: ask(signal().behind(skipped)), signals)
+    return print_answers(answers, len(signals) == 1, picture, request.as_json)
 
 
 def quantity(option: str, text: str, unit: str) -> float:
@@ -39,33 +49,31 @@ def band_of(texts: tuple[str, str] | None) -> tuple[float, float] | None:
     return low, high
 
 
-def _recorded(request: OfSignal) -> Series:
+def _refuse_options_of_graphs(request: OfSignal) -> None:
     for field, option in _OF_GRAPHS.items():
         if getattr(request, field):
             raise click.UsageError(f"--{option} is for a graph; {request.source.name} is read as a recording")
-    return read_series(request.source, request.probe)
 
 
-def _simulated(request: OfSignal) -> Series:
+def _simulated(request: OfSignal) -> list[Callable[[], Series]]:
+    """Return the signals of a run, each of which may be a vector, which has no series."""
     # start-up time: only graphs are run, recordings are read
     from proofmass.runner.run.simulate import simulate
 
     if request.duration is not None and request.samples is not None:
         raise click.UsageError("give --duration or --samples, not both")
-    graph = one_probe(graph_of(request.source, request.own, request.changes), request.probe)
+    graph = graph_of(request.source, request.own, request.changes)
+    graph = graph.bare(probes=_probes(graph, request.probe))
     with progress(request.as_json) as bar:
         result = request.call(simulate, graph, progress=bar)
-    return of_trace(result[graph.probes[0].signal])
+    return [partial(of_trace, trace) for trace in result.values()]
 
 
-def one_probe(graph: Graph, signal: str) -> Graph:
-    """The graph with a probe of the signal alone; its only probe where none is named."""
-    if not signal and len(graph.probes) != 1:
-        names = ", ".join(probe.signal for probe in graph.probes)
-        hint = "add --probe BLOCK.PORT"
-        raise Problem(message="which signal is meant must be said", key="probe", got=names, hint=hint).error
+def _probes(graph: Graph, signal: str) -> list[Probe]:
+    """Return a probe of the signal; without one all probes, or else those of outputs that nothing reads."""
+    if not signal and graph.probes:
+        return list(graph.probes)
     try:
-        probe = read_probe(signal) if signal else graph.probes[0]
+        return [read_probe(one) for one in outputs_of(graph, signal, "--probe")]
     except UnitError:
         raise click.UsageError(f"--probe {signal}: write BLOCK.PORT, for example adc.number") from None
-    return graph.bare(probes=(probe,))

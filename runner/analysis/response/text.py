@@ -9,6 +9,7 @@ from proofmass.runner.analysis.response.response import Response
 from proofmass.runner.analysis.response.simulated import Simulated
 from proofmass.runner.analysis.response.step import StepFigures
 
+_FAR = 100.0  # times the final value: a peak from which it has come back
 _ROWS = 8  # of the linear response without a simulation
 
 
@@ -33,8 +34,9 @@ def response_text(of: Response) -> str:
 def _step_lines(of: StepFigures | None, unit: str) -> list[str]:
     if of is None:
         return ["  step              does not settle"]
-    if of.rise is None:
-        return [f"  step              peak {of.peak:.5g}{unit} after {seconds_text(of.peak_time)}, back to zero"]
+    if of.rise is None or abs(of.peak) > _FAR * abs(of.final):  # which times of rise and settling do not describe
+        end = "zero" if of.rise is None else f"{of.final:.5g}{unit}"
+        return [f"  step              peak {of.peak:.5g}{unit} after {seconds_text(of.peak_time)}, back to {end}"]
     settling = "does not settle to 2 %" if of.settling is None else f"settles to 2 % in {seconds_text(of.settling)}"
     under = f", undershoot {100.0 * of.undershoot:.3g} %" if of.undershoot else ""
     return [

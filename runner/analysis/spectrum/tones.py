@@ -93,7 +93,7 @@ def tones(of: Spectrum, *, tone: float = 0.0, band: tuple[float, float] | None =
     beside = np.where(inside & ~main_lobe, power, -1.0)
     spur = int(np.argmax(beside))
     if not signal > 0.0:
-        raise _no_tone(of).error
+        raise _no_tone(of, tone).error
     sndr = _decibels(signal, noise + distortion)
     return Tones(
         frequency=frequency,
@@ -133,7 +133,7 @@ def _middle(of: Spectrum, power: Array, lobe: int, tone: float, band: tuple[floa
         raise _no_room(of).error
     middle = int(np.argmax(np.where(lines, power, -1.0)))
     if not power[middle] > 0.0 or not (tone or _stands_out(power, middle, lobe)):
-        raise _no_tone(of).error
+        raise _no_tone(of, tone).error
     return middle
 
 
@@ -190,5 +190,6 @@ def _no_room(of: Spectrum) -> Problem:
     )
 
 
-def _no_tone(of: Spectrum) -> Problem:
-    return Problem(message="no tone stands out of the noise", key=of.name or "signal", hint="name its frequency")
+def _no_tone(of: Spectrum, tone: float) -> Problem:
+    where, cure = (f" near {tone:g} Hz", "leave the frequency out") if tone else ("", "name its frequency")
+    return Problem(message=f"no tone stands out of the noise{where}", key=of.name or "signal", hint=cure)

@@ -28,7 +28,9 @@ class OfSignal(Changed):
     """A command of a signal: of a graph, which is run, or of a recording."""
 
     source: Path = file_argument(library=True)
-    probe: str = option("Take this signal of a graph, or column of a file.", default="", **PORT)
+    probe: str = option(
+        "Take this signal of a graph, or column of a file (default: probes, or the first column).", default="", **PORT
+    )
     skip: str = option("Leave out the start, while it settles.", default="0 s", metavar="TIME")
     duration: str | None = DURATION
     samples: int | None = option("Run so many base ticks, instead of a duration.", type=Whole(1))
@@ -129,6 +131,7 @@ class ResponseRequest(Changed, does="response_command.show_response"):
     Gain, phase, bandwidth, delay and the figures of a step, for small signals;
     with --simulate also by runs of the graph itself.
     INPUT and OUTPUT are outputs of blocks; a change of INPUT moves OUTPUT.
+    Without them these are the only source, and all probes.
 
     \b
     proofmass response library:template acceleration.output adc.number --plot response.png
@@ -136,8 +139,8 @@ class ResponseRequest(Changed, does="response_command.show_response"):
     """
 
     graph: Path = file_argument(library=True)
-    input: str = argument()
-    output: str = argument()
+    input: str = argument(required=False, default="")
+    output: str = argument(required=False, default="")
     simulate: Any = option(
         "Also run the graph with this stimulus added to the input, and compare.",
         type=click.Choice(["sine", "multitone", "chirp", "prbs"]),

@@ -26,6 +26,7 @@ blocks.noise = { kind = "WhiteNoise", density = "2 V/sqrt(Hz)", unit = "V" }
 blocks.gain = { kind = "Gain", gain = 3.0, input_unit = "V", output_unit = "V" }
 blocks.last = { kind = "UnitDelay", unit = "V" }
 blocks.unused = { kind = "Step", unit = "V" }
+blocks.tone = { kind = "Sine", unit = "V", frequency = "100 Hz" }
 """
 
 
@@ -132,11 +133,29 @@ def test_the_flat_part_of_an_allan_curve_is_less_than_b(capsys: pytest.CaptureFi
     assert levels[1] / levels[0] == pytest.approx(1.0 / 0.664281, rel=1e-5)
 
 
+@pytest.mark.parametrize("command", ["spectrum", "allan"])
+def test_all_probes_are_taken_where_none_is_named(capsys: pytest.CaptureFixture[str], command: str) -> None:
+    words = (command, "library:template")
+    every = json.loads(said(capsys, *words, "--json"))
+    assert every == [
+        json.loads(said(capsys, *words, "--json", "--probe", probe)) for probe in ("sensor.displacement", "adc.code")
+    ]
+
+
+def test_a_probe_without_an_answer_does_not_hide_the_others(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file, picture = tmp_path / "bare.toml", tmp_path / "noise.svg"
+    file.write_text(UNPROBED.replace("rate =", 'probes = ["tone.output", "unused.output"]\nrate ='), encoding="utf-8")
+    words = ("spectrum", str(file), "--samples", "1000", "--tone", "100 Hz")
+    told = said(capsys, *words, "--plot", str(picture), code=1)
+    assert "tone at 100" in told
+    assert "unused.output: no tone stands out of the noise near 100 Hz" in told
+    assert picture.exists()
+
+
 @pytest.mark.parametrize(
     ("words", "code", "text"),
     [
         (("spectrum", "missing.csv"), 1, "there is no such file"),
-        (("spectrum", GRAPH, "--duration", "1 s"), 1, "which signal is meant must be said"),
         (("spectrum", GRAPH, "--probe", "adc.number", "--band", "2 Hz", "1 Hz"), 2, "must be above the first"),
         (("spectrum", GRAPH, "--probe", "adc.number", "--skip", "1 V"), 2, "--skip 1 V"),
         (("allan", "recording.csv", "--seed", "3"), 2, "--seed is for a graph"),

@@ -20,6 +20,34 @@ def test_linear_response(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> 
     assert picture.stat().st_size > 10_000
 
 
+def test_a_response_without_names_is_from_the_only_source_to_all_probes(capsys: pytest.CaptureFixture[str]) -> None:
+    every = json.loads(said(capsys, "response", "library:template", "--json"))
+    assert [one["output"] for one in every] == ["sensor.displacement", "adc.code"]
+    assert {one["input"] for one in every} == {"acceleration.output"}
+
+
+def test_several_sources_are_told_with_the_line_to_write(capsys: pytest.CaptureFixture[str]) -> None:
+    told = said(capsys, "response", "library:closed_loop_accelerometer", code=1)
+    assert "got:      acceleration.output, reference.output" in told
+    assert "write proofmass response GRAPH acceleration.output dac.code" in told
+
+
+HIGH_PASS = """name = "high pass"
+rate = "10 kHz"
+wires = ["step.output -> filter.input"]
+blocks.step = { kind = "Step" }
+blocks.filter = { kind = "TransferFunction", numerator = [1.0, 0.01], denominator = [1.0, 100.0] }
+"""
+
+
+def test_a_step_that_comes_back_has_a_peak_instead_of_an_overshoot(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "high.toml"
+    file.write_text(HIGH_PASS, encoding="utf-8")
+    assert "peak 1 after 0 s, back to 0.0001" in said(capsys, "response", str(file))
+
+
 @pytest.mark.exhaustive
 @pytest.mark.friendly(13, "a stimulus has its peak as it was written")
 def test_simulated_response(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
