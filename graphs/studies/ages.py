@@ -10,8 +10,8 @@ HOUR, DAY, MONTH, YEAR = 3600.0, 86400.0, 2629800.0, 31557600.0  # seconds
 def written_age(seconds: float) -> str:
     """Return an age as a study file has it, in the unit that suits it.
 
-    >>> written_age(0.0), written_age(10.0), written_age(3.6e6), written_age(7889400.0), written_age(63115200.0)
-    ('0 h', '10 s', '1000 h', '3 month', '2 year')
+    >>> [written_age(age) for age in (0.0, 10.0, 3.6e6, MONTH, 3.0 * MONTH, 2.0 * YEAR)]
+    ['0 h', '10 s', '1000 h', '1 month', '3 month', '2 year']
     """
     if seconds >= YEAR:
         return f"{seconds / YEAR:g} year"

@@ -3,7 +3,17 @@
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.linearisation.poles import _inexact, _vectors, characteristic, parts_of, roots
+from proofmass.runner.analysis.linearisation.poles import (
+    Pole,
+    Variation,
+    _inexact,
+    _vectors,
+    characteristic,
+    judged,
+    parts_of,
+    roots,
+)
+from proofmass.runner.host.arrays import Array
 
 
 def in_parts(seed: int) -> np.ndarray:  # type: ignore[type-arg]
@@ -33,3 +43,17 @@ def test_numbers_of_twelve_bits_are_exact() -> None:
     matrix = np.array([[0.0, 1.0, -0.5, exact], [1e-3, 1.0 / 3.0, more, -more * 2.0**-40]])
     assert _inexact(matrix).tolist() == [[0.0] * 4, [1.0] * 4]
     assert _inexact(np.array([[exact * 2.0**60, more * 2.0**60]])).tolist() == [[0.0, 1.0]]
+
+
+def test_a_change_moves_poles_alike_in_any_units_of_the_states() -> None:
+    matrix, change = np.array([[0.6, 0.3], [0.4 * 0.999, 0.7]]), 1e-9 * np.array([[1.0, 3.0], [2.0, 1.0]])
+    units = np.array([1.0, 2.0**40])
+    in_units = (each / units[:, None] * units for each in (matrix, change))
+    moved = [pole.uncertainty for pole in _moved(matrix, change)]
+    assert 1e-7 < moved[0] < 1e-3
+    assert [pole.uncertainty for pole in _moved(*in_units)] == pytest.approx(moved, rel=1e-9)
+
+
+def _moved(matrix: Array, change: Array) -> tuple[Pole, ...]:
+    poles = np.linalg.eigvals(matrix).astype(complex)
+    return judged(matrix, True, Variation(change, poles, np.zeros(len(poles))))[1]

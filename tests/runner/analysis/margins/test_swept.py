@@ -70,3 +70,9 @@ def test_a_loop_that_begins_at_1(more: int) -> None:
     crossings = axis_of([gain], [-9 * 10**12, 10**13]).gain_crossings()
     truth = 2.0 * math.asin(math.sqrt(((gain / 10**12) ** 2 - 1.0) / 360.0)) if more > 1 else None
     assert [crossing.w for crossing in crossings] == ([pytest.approx(truth, rel=1e-9)] if truth else [])
+
+
+def test_a_quotient_of_constants_has_no_degree() -> None:
+    assert Transfer(flint.fmpz_poly([3]), flint.fmpz_poly([2])).degree == 0
+    assert Transfer(flint.fmpz_poly([]), flint.fmpz_poly([])).degree == 0
+    assert Transfer(flint.fmpz_poly([3]), flint.fmpz_poly([2, 1])).degree == 1

@@ -1,6 +1,12 @@
-"""Corners at which the least margin is looked for."""
+"""Corners at which the least margin is looked for, and margins of loops that have none."""
 
-from proofmass.runner.design.proof.least_found import _corners
+import math
+
+import pytest
+
+from proofmass import margins
+from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.runner.design.proof.least_found import _corners, margin_of
 from proofmass.runner.design.worst.ranges import Range
 
 
@@ -13,3 +19,16 @@ def test_the_worst_corner_and_its_neighbours() -> None:
         {"a": 3.0, "b": 3.0, "c": 3.0},
         {"a": 3.0, "b": 1.0, "c": 1.0},
     ]
+
+
+@pytest.mark.parametrize(("gain", "rate"), [(1000.0, math.inf), (500.0, 1000.0 * math.log(2.0))])
+def test_a_loop_that_ends_in_one_tick_decays_at_any_rate(gain: float, rate: float) -> None:
+    """An integrator with feedback -x at 1 kHz: x[n+1] = (1 - gain T) x[n]."""
+    graph = read_graph_text(f"""
+name = "deadbeat"
+rate = "1 kHz"
+wires = ["inverter.output -> integrator.input", "integrator.output -> inverter.input"]
+blocks.inverter = {{ kind = "Gain", gain = -1.0, input_unit = "s" }}
+blocks.integrator = {{ kind = "DiscreteIntegrator", gain = {gain} }}
+""")
+    assert margin_of(margins(graph), "decay rate") == pytest.approx(rate, rel=1e-12)
