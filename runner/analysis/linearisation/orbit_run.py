@@ -82,7 +82,8 @@ class OrbitRun:
     def moves(self) -> bool:
         """Return whether anything that the map depends on changes: states, or wires in the last tick of a period."""
         before, once, twice = map(self.after, range(3))
-        if self.states(once) != self.states(before):
+        held = sorted(self.upstream & self._plan.schedule.phases.keys())  # read before they are computed anew
+        if self.states(once) | dict(wires_of(once, held)) != self.states(before) | dict(wires_of(before, held)):
             return True
         return dict(wires_of(once, self.names)) != dict(wires_of(twice, self.names))
 
