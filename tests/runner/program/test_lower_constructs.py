@@ -125,6 +125,15 @@ def lists(cells: list[float], codes: list[int], n: int) -> float:
     return total + cells[n - 2] + len(cells)
 
 
+def from_the_end(cells: list[float], n: int) -> float:
+    """Places that are counted from the end only now and then: but for their differences all numbers are natural."""
+    total = 0.0
+    for i in range(n):
+        for j in range(2):
+            total = 2.0 * total + cells[i - j] + TABLE[j - i] + (i - 2 * j) // 3
+    return total
+
+
 def early(a: float, n: int) -> float:
     for i in range(n):
         if i * a > 4.0:
@@ -304,6 +313,11 @@ def test_lists_are_changed_in_place(n: int) -> None:
     mine = list(cells), list(codes)
     assert same(run(lists, *mine, n), lists(cells, codes, n))
     assert same((cells, codes), mine)
+
+
+def test_a_difference_of_natural_numbers_is_none_itself() -> None:
+    for n in range(4):
+        assert run(from_the_end, [1.0, -2.0, 0.5], n) == from_the_end([1.0, -2.0, 0.5], n)
 
 
 def test_large_integers_and_numbers_are_compared_exactly() -> None:
