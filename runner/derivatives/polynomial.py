@@ -94,6 +94,11 @@ class PolynomialBall(Ball):
             raise UndecidedError("a number without bounds")
         return total
 
+    @property
+    def middles(self) -> "PolynomialBall":
+        """The polynomial whose coefficients are the middles of these."""
+        return PolynomialBall({key: term.mid() for key, term in self.terms.items()})
+
     def __repr__(self) -> str:
         return f"PolynomialBall({ {key: Ball(term) for key, term in self.terms.items()} })"
 

@@ -9,13 +9,13 @@ matrix M. It is regular where the poles of I - R M lie in the circle too, for an
 near the inverse in the middle of the box. So A and I - R M, side by side, are one matrix whose poles all lie in a disc.
 """
 
-from collections.abc import Sequence
 from typing import Any
 
 import flint
 import numpy as np
 
-from proofmass.runner.design.proof.closed_loop import Family, Jet, OpenCorners, joined, product, shares_of
+from proofmass.runner.derivatives.polynomial import Terms, product
+from proofmass.runner.design.proof.closed_loop import Family, MapTerms, OpenCorners, joined
 from proofmass.runner.design.proof.enclosed import Enclosed, quarters
 from proofmass.runner.host.arrays import Array
 
@@ -23,8 +23,8 @@ _BITS = 1_000  # of a determinant
 _NEUTRAL = 1e-12  # distance from the circle to which rounding may move a pole that lies on it
 
 
-def at_rest(of: OpenCorners, limit: float, widths: Sequence[float], left: Array | None = None) -> Family:
-    """Return A and I - R M, R = `left`, for all of a box of half `widths`, whose last is that of the limit."""
+def at_rest(of: OpenCorners, limit: float, left: Array | None = None) -> Family:
+    """Return A and I - R M, R = `left`, for all of a box."""
     n = of.order
     left = _near_inverse(of, limit) if left is None else left
     border = np.diag([1.0] * n + [limit])
@@ -32,8 +32,7 @@ def at_rest(of: OpenCorners, limit: float, widths: Sequence[float], left: Array 
     beside = np.zeros((len(rest.middle), n, n + 1))
     below = Enclosed.exact(np.swapaxes(beside, 1, 2))
     corners = Enclosed.joined([[of.corners[slice(n), slice(n)], Enclosed.exact(beside)], [below, rest]])
-    jets = [_jet(parts, n, left) for parts in of.jets]
-    return Family(corners, 1, shares_of(jets, widths, {*of.interpolated}, None), blocks=(n, n + 1), left=left)
+    return Family(corners, 1, of.shares(_moving(of.terms, n, left)), blocks=(n, n + 1), left=left)
 
 
 def keeps_side(left: Array, most: bool) -> bool:
@@ -84,8 +83,8 @@ def _near_inverse(of: OpenCorners, limit: float) -> Array:
     return np.asarray(near) if np.isfinite(near).all() else np.eye(n + 1)
 
 
-def _jet(parts: tuple[Jet, Jet, Jet, Jet], n: int, left: Array) -> Jet:
-    """Return the derivatives of A and I - R M; the matrices themselves are not those of a jet."""
+def _moving(parts: MapTerms, n: int, left: Array) -> Terms:
+    """Return A and R M without what does not follow coordinates in M, as polynomials."""
     a, b, c, d = parts
     moved = product({(): flint.arb_mat(left.tolist())}, joined([[a, b], [c, d]], (n, 1)))
     return joined([[a, {}], [{}, moved]], (n, n + 1))

@@ -1,7 +1,7 @@
 """The map of a loop over one period in balls: every sensor whose parameters lie in a box has a map within it.
 
-The blocks' own functions are called with balls for their parameters, and with dual numbers on them: first for signals,
-and within, twice, for the parameters. The operating point is the start of the run, tick 0.
+The blocks' own functions are called with polynomials for their parameters, and with dual numbers on them for signals.
+The operating point is the start of the run, tick 0, or one at which the sensors rest.
 """
 
 from collections.abc import Mapping
@@ -18,9 +18,9 @@ from proofmass.runner.analysis.linearisation.orbit import OrbitPoint
 from proofmass.runner.analysis.linearisation.seeds import held_in
 from proofmass.runner.analysis.linearisation.tick_maps import between
 from proofmass.runner.derivatives.ball import Ball
-from proofmass.runner.derivatives.dual import SIGNALS, Dual, slopes_of
+from proofmass.runner.derivatives.dual import SIGNALS, slopes_of
 from proofmass.runner.derivatives.dual_ticks import DualTicks
-from proofmass.runner.design.proof.ball_ticks import BallTicks, advanced, varied, with_balls
+from proofmass.runner.design.proof.ball_ticks import BallTicks, advanced, with_balls
 from proofmass.runner.design.proof.enclosed import RestPoint
 from proofmass.runner.design.proof.rest_point import RestRun
 from proofmass.runner.design.proof.tick_products import SteppedBallTicks, TickProducts, seeded, tick_products
@@ -36,7 +36,7 @@ MatrixRows = list[list[Any]]  # of balls and numbers
 
 @dataclass(frozen=True)
 class BallMap:
-    """MatrixRows [A B] and below them [C D] of an open loop: numbers and balls, dual in the coordinates of the box."""
+    """MatrixRows [A B] and below them [C D] of an open loop: numbers, balls, and polynomials of the coordinates."""
 
     order: int
     rows: MatrixRows
@@ -50,7 +50,7 @@ class Kept:
     states: tuple[int, ...]
     inputs: tuple[int, ...]
     outputs: tuple[int, ...]
-    rest: RestPoint | None = None  # where sensors of the box, and so of its parts, rest
+    rest: RestPoint | None = None  # where the sensors of the box rest
 
 
 class BallRun:
@@ -60,24 +60,22 @@ class BallRun:
         self._plan, self._ends, self._point, self._rest = plan, ends, point, rest
         self._blocks = ends.blocks(plan)[0]
 
-    def rest(self, parameters: Mapping[str, Any], kept: "Kept | None") -> Any:
+    def rest(self, parameters: Mapping[str, Any]) -> RestPoint | None:
         """Return where sensors with such parameters rest, None at the start of a run; raises `UndecidedError`."""
-        return None if self._rest is None else self._rest.enclosed(parameters, None if kept is None else kept.rest)
+        return None if self._rest is None else self._rest.enclosed(parameters)
 
-    def rows(self, parameters: Mapping[str, Any], rest: Any = None, moves: bool = True) -> tuple[MatrixRows, int]:
-        """Return the map of all states for parameters that hold balls, and how many these are.
-
-        The point of rest `moves` with the parameters, or is any point within its reach.
+    def rows(self, parameters: Mapping[str, Any], rest: RestPoint | None = None) -> tuple[MatrixRows, int]:
+        """Return the map of all states for parameters that hold polynomials, and how many these are.
 
         Raises `UndecidedError` where a block decides differently within the box.
         """
-        plan, at_rest, begin = self._there(parameters, rest, moves)
+        plan, begin = self._there(parameters, rest)
         rings, entries = self._point.rings, self._point.map.states
         seeded(begin, entries, rings)
         engine = self._engine(plan, begin)
         last = begin.tick + self._point.ticks
-        if self._rest is not None:
-            for tick, there in self._rest.on_the_way(at_rest, last):
+        if self._rest is not None and rest is not None:
+            for tick, there in self._rest.on_the_way(rest.values, last):
                 advanced(engine, tick)
                 self._rest.hold(engine.memory(), there)
         advanced(engine, last)
@@ -97,14 +95,12 @@ class BallRun:
         states = [entries[i] for i in kept.states]
         return tick_products(engine, places, begin.tick + self._point.ticks, rings, states)
 
-    def _there(self, parameters: Mapping[str, Any], rest: Any, moves: bool) -> tuple[Plan, list[Any], Memory]:
-        """Return the plan with such parameters, the numbers at rest, and the memory from which the period goes on."""
-        if self._rest is None:
-            plan = with_balls(self._plan, parameters)
-            return plan, [], self._begin(plan)
-        parameters = {name: varied(value) for name, value in parameters.items()}
-        plan, at_rest = with_balls(self._plan, parameters), self._rest.values(parameters, rest, moves)
-        return plan, at_rest, self._rest.memory_of(plan, at_rest, seeded=False)
+    def _there(self, parameters: Mapping[str, Any], rest: RestPoint | None) -> tuple[Plan, Memory]:
+        """Return the plan with such parameters, and the memory from which the period goes on."""
+        plan = with_balls(self._plan, parameters)
+        if self._rest is None or rest is None:
+            return plan, self._begin(plan)
+        return plan, self._rest.memory_of(plan, rest.values, seeded=False)
 
     def _begin(self, plan: Plan) -> Memory:
         """Return the memory from which the period goes on, at the start of a run."""
@@ -127,15 +123,15 @@ class Starting:
     values: int  # of a wire in it
     in_ticks: bool = False  # whether its ticks are known one by one
 
-    def map(self, parameters: Mapping[str, Any], kept: Kept | None = None) -> BallMap:
-        """Return the map for parameters that hold balls, dual in the coordinates of a box, of what is `kept`.
+    def map(self, parameters: Mapping[str, Any]) -> BallMap:
+        """Return the map for parameters that hold polynomials.
 
         Raises `UndecidedError` where a block decides differently within the box.
         """
-        rest = self._run.rest(parameters, kept)
+        rest = self._run.rest(parameters)
         rows, order = self._run.rows(parameters, rest)
         rows = self._seen(rows, order)
-        kept = replace(self._kept(rows, order), rest=rest) if kept is None else kept
+        kept = replace(self._kept(rows, order), rest=rest)
         down, across = ([*kept.states, *(order + end for end in ends)] for ends in (kept.outputs, kept.inputs))
         return BallMap(len(kept.states), [[rows[i][j] for j in across] for i in down], kept)
 
@@ -193,8 +189,6 @@ def states_between(rows: MatrixRows, order: int) -> list[int]:
 
 
 def _is_zero(value: Any) -> bool:
-    if isinstance(value, Dual):
-        return False
     return bool(value.arb.is_zero()) if isinstance(value, Ball) else value == 0.0
 
 

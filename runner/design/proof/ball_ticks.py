@@ -1,4 +1,4 @@
-"""Ticks of blocks whose parameters are balls, with dual numbers on them for first and second derivatives.
+"""Ticks of blocks whose parameters are balls, or polynomials of them.
 
 At rest, or on an orbit, continuous groups move by phi(A T) T f, with A and f where they are, which is their exact step
 where they are linear. Elsewhere they move by P f for a regular P, so that they rest where f is zero.
@@ -16,7 +16,7 @@ import numpy as np
 
 from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.derivatives.ball import Ball, UndecidedError, arb_of
-from proofmass.runner.derivatives.dual import PARAMETERS, SIGNALS, Dual, dual, plain, value_of
+from proofmass.runner.derivatives.dual import SIGNALS, plain, value_of
 from proofmass.runner.derivatives.dual_groups import DualAdvance
 from proofmass.runner.derivatives.dual_plan import dual_constants, dual_hold, dual_start
 from proofmass.runner.derivatives.dual_ticks import DualTicks
@@ -27,19 +27,6 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.solver import Solver
 from proofmass.runner.reference.advance import Advance, Moment
 from proofmass.runner.reference.interpret import TickError
-
-FIRST, SECOND = PARAMETERS, PARAMETERS - 1  # levels of both derivatives by coordinates
-VARIED = -1  # direction of all that varies, so that converters do not round it
-
-
-def coordinate(value: Any, number: int) -> Any:
-    """Return a ball or number as the coordinate of a number, with two derivatives."""
-    return dual(dual(value, {number: 1.0}, SECOND), {number: 1.0}, FIRST)
-
-
-def varied(value: Any) -> Any:
-    """Return a parameter with a direction: what varies is never rounded by a converter."""
-    return value if isinstance(value, Dual) else dual(value, {VARIED: 1.0}, FIRST)
 
 
 class BallTicks(DualTicks):

@@ -28,8 +28,8 @@ from proofmass.runner.design.proof.rest_norm import Start, norm_at_rest
 from proofmass.runner.design.proof.wire_factors import GAIN, PHASE, Factor
 from proofmass.runner.host.arrays import Array
 
-_Family = Callable[[OpenCorners, tuple[float, float], Sequence[float]], Family]
-_FindNorm = Callable[[OpenCorners, float, Sequence[float], Start | None], Norm | None]
+_Family = Callable[[OpenCorners, tuple[float, float]], Family]
+_FindNorm = Callable[[OpenCorners, float, Start | None], Norm | None]
 _OF_GAIN, _OF_PHASE = partial(closed_loops, GAIN), partial(closed_loops, PHASE)
 
 

@@ -6,18 +6,11 @@ F is the factor g of a gain, or [[cos p, -sin p], [sin p, cos p]] of a phase p, 
 part: the loop then has twice as many states. D joins a value of the wire with later ones, so that the inverse is a sum
 of as many powers as a period has values.
 
-The matrix lies between those at the corners of the box: it differs from the interpolation that is linear in each
-coordinate by at most
-
-    sum of h_i^2 / 2 |d^2 A / dq_i^2|
-
-entry by entry, since I - L_1 L_2 ... = (I - L_1) + L_1 (I - L_2) + ... for interpolations L_i along one coordinate.
-An amplifier's gain has no second derivative: all of its tolerance is exact. Coordinates beyond the first few stay in
-the middle, and add h_i |dA / dq_i|.
-
-Of a loop whose ticks are polynomials (`tick_products`), each term c d^k with a power of two or more adds |c|: even
-powers are 1 at all corners, and of d^k - d^(k mod 2) no more than 1 is left. States are turned into coordinates S, in
-which bounds by entries are narrow: S^-1 A S has the poles of A.
+The matrix is a polynomial of d_i / h_i, and lies between those at the corners of the box: each term c d^k with a power
+of two or more adds |c|, since even powers are 1 at all corners, and of d^k - d^(k mod 2) no more than 1 is left. An
+amplifier's gain has no such term: all of its tolerance is exact. Coordinates beyond the first few stay in the middle,
+and their terms add |c| too. States are turned into coordinates S, in which bounds by entries are narrow: S^-1 A S has
+the poles of A.
 
 All complex factors (2 + a d) / (2 - a d) with |d| <= 1 are one matrix. With E = (I - D)^-1 it is
 
@@ -31,26 +24,22 @@ chapter 21). A response is at most x at all frequencies, |C (z - A)^-1 B + D| <=
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any
 
 import flint
 import numpy as np
 
-from proofmass.runner.derivatives.ball import UndecidedError, arb_of
-from proofmass.runner.derivatives.dual import plain, slopes_of
-from proofmass.runner.derivatives.polynomial import Key, Terms, added, repeated
-from proofmass.runner.design.proof.ball_map import BallMap, MatrixRows
-from proofmass.runner.design.proof.ball_ticks import FIRST, SECOND
+from proofmass.runner.derivatives.ball import UndecidedError
+from proofmass.runner.derivatives.polynomial import Key, Terms, added, matrix_terms, product, repeated
+from proofmass.runner.design.proof.ball_map import BallMap
 from proofmass.runner.design.proof.enclosed import UP, Enclosed, RestPoint, quarters
 from proofmass.runner.design.proof.tick_products import TickProducts
 from proofmass.runner.design.proof.wire_factors import Factor
 from proofmass.runner.host.arrays import Array
 
-Jet = Mapping[Key, Any]  # a matrix of Arb's and its derivatives up to the second, without those that are zero
-Jets = tuple[Jet, Jet, Jet, Jet]  # of A, B, C and D
+MapTerms = tuple[Terms, Terms, Terms, Terms]  # A, B, C and D, as polynomials of d_i / h_i
 
 
 @dataclass(frozen=True)
@@ -87,21 +76,21 @@ class Disc:
 
 @dataclass(frozen=True)
 class OpenCorners:
-    """An open loop over a box: [A B; C D] at its corners, and its parts with their derivatives in all of it."""
+    """An open loop over a box: [A B; C D] at its corners, and its parts as polynomials in all of it."""
 
     order: int
     values: int  # of the wire in a period
     corners: Enclosed  # a matrix for each corner
-    around: Callable[[], tuple[Jets, ...]] | None  # A, B, C and D with their derivatives, in parts that cover the box
+    terms: MapTerms  # in all of the box
     rest: RestPoint | None  # where the sensors of the box rest, None at the start of a run
     interpolated: tuple[int, ...]  # coordinates that are at both ends among the corners; the others are in the middle
+    sides: int  # coordinates of the box, without the factor's
     ticks: "ClosedTicks | None" = None  # the ticks of a loop, where they are known one by one
     frame: Array | None = None  # S: the states are S times these
 
-    @cached_property
-    def jets(self) -> tuple[Jets, ...]:
-        """A, B, C and D with their derivatives, in parts that cover the box."""
-        return self.around() if self.around else ()
+    def shares(self, terms: Terms) -> dict[int, Array]:
+        """Return what each coordinate adds beyond the corners, of a matrix of the box."""
+        return shares_of(terms, {*self.interpolated}, self.sides)
 
     def framed(self, frame: Array) -> "OpenCorners":
         """Return the loop with its states in coordinates S of their own."""
@@ -115,7 +104,7 @@ class OpenCorners:
     @property
     def proving(self) -> "OpenCorners":
         """The loop with what proves alone: no more has to travel and to be kept."""
-        return replace(self, around=None, ticks=None, rest=None if self.rest is None else replace(self.rest))
+        return replace(self, terms=({}, {}, {}, {}), ticks=None, rest=None if self.rest is None else replace(self.rest))
 
 
 @dataclass(frozen=True)
@@ -182,58 +171,53 @@ class Family:
         return np.array(moves).reshape(-1, *self.corners.middle.shape[1:])
 
 
-def jets_of(of: BallMap) -> Jets:
-    """Return A, B, C and D of a map with their derivatives."""
-    above, below = of.rows[: of.order], of.rows[of.order :]
-    a, b, c, d = (
-        _jet([row[columns] for row in rows])
-        for rows in (above, below)
-        for columns in (slice(None, of.order), slice(of.order, None))
-    )
+def parts_of(of: BallMap) -> MapTerms:
+    """Return A, B, C and D of a map."""
+    sides = slice(None, of.order), slice(of.order, None)
+    a, b, c, d = (matrix_terms([row[columns] for row in of.rows[rows]]) for rows in sides for columns in sides)
     return a, b, c, d
 
 
-def bends(of: BallMap, widths: Sequence[float]) -> list[float]:
-    """Return how far an open loop bends along each coordinate of a box of half `widths`."""
-    jets = jets_of(of)
-    return [
-        sum(float(np.sum(_sizes(jet[i, i]))) for jet in jets if (i, i) in jet) * width * width
-        for i, width in enumerate(widths)
-    ]
+def at_corners(terms: Terms, places: Sequence[int]) -> Iterator[Any]:
+    """Yield the middles of a polynomial of matrices with some coordinates at their ends, the others in the middle.
+
+    The last of these coordinates is the fastest.
+    """
+    if not places:
+        yield terms[()].mid()
+        return
+    even, odd = dict[Key, Any](), dict[Key, Any]()
+    for key, term in terms.items():
+        part, others = (odd, even)[key.count(places[0]) % 2 == 0], tuple(i for i in key if i != places[0])
+        part[others] = part[others] + term.mid() if others in part else term.mid()
+    for sign in (-1, 1):
+        yield from at_corners(added(even, {key: term * sign for key, term in odd.items()}), places[1:])
 
 
-def closed_loops(factor: Factor, of: OpenCorners, ends: tuple[float, float], widths: Sequence[float]) -> Family:
-    """Return the loop closed with all factors between two `ends`, over a box of half `widths`, the factor's last."""
-    last = len(widths) - 1
+def bends(of: BallMap, sides: int) -> list[float]:
+    """Return how far an open loop bends along each coordinate of a box."""
+    terms = matrix_terms(of.rows)
+    return [float(np.sum(_sizes(terms[i, i]))) if (i, i) in terms else 0.0 for i in range(sides)]
+
+
+def closed_loops(factor: Factor, of: OpenCorners, ends: tuple[float, float]) -> Family:
+    """Return the loop closed with all factors between two `ends`, over a box."""
+    last = of.sides
     chord = of.values == 1  # the loop is linear in the factor
     factors = factor.corners(*ends, chord)
     stacked = Enclosed.interleaved([_closed_at(of, f) for f in factors])
-    if of.ticks is not None:
+    if of.ticks is None:
+        terms = closed_terms(of.terms, of.values, factor.terms(*ends, chord, last), factor.parts)
+    else:
         terms = of.ticks.terms(factor, ends, chord, last)
-        if of.frame is not None:
-            to = flint.arb_mat(np.kron(np.eye(factor.parts), of.frame).tolist())
-            back = _inverse(to)
-            terms = {key: back * term * to for key, term in terms.items()}
-        shares = shares_of_terms(terms, {*of.interpolated, last, last + chord}, last)
-        return Family(stacked, len(factors), shares, opened=of)
-    whole = flint.arb(ends[0]).union(flint.arb(ends[1]))
-    jets = [_closed_jet(parts, of.values, factor, whole, last) for parts in of.jets]
-    exact = {*of.interpolated, last}
-    return Family(stacked, len(factors), shares_of(jets, widths, exact, last if chord else None))
+    if of.frame is not None:
+        to = flint.arb_mat(np.kron(np.eye(factor.parts), of.frame).tolist())
+        back = _inverse(to)
+        terms = {key: back * term * to for key, term in terms.items()}
+    return Family(stacked, len(factors), shares_of(terms, {*of.interpolated, last, last + chord}, last), opened=of)
 
 
-def shares_of(jets: Sequence[Jet], widths: Sequence[float], exact: set[int], linear: int | None) -> dict[int, Array]:
-    """Return what each coordinate adds beyond the corners; `exact` ones are at both ends there."""
-    shares = {}
-    for i, width in enumerate(widths):
-        key, size = ((i, i), 0.5 * width * width) if i in exact else ((i,), width)
-        sizes = [_sizes(jet[key]) for jet in jets if key in jet]
-        if sizes and width and i != linear:
-            shares[i] = np.max(sizes, axis=0) * (size * (1.0 + 2.0**-50))
-    return shares
-
-
-def shares_of_terms(terms: Terms, exact: set[int], last: int) -> dict[int, Array]:
+def shares_of(terms: Terms, exact: set[int], last: int) -> dict[int, Array]:
     """Return what each coordinate adds beyond the corners, of which `last` is the factor's.
 
     What is not known of any term may differ between corners and what lies among them.
@@ -246,13 +230,14 @@ def shares_of_terms(terms: Terms, exact: set[int], last: int) -> dict[int, Array
         if len({*key}) < len(key) or not exact.issuperset(key):
             i = min(max(key, key=key.count), last)
             shares[i] = shares.get(i, 0.0) + _sizes(middle)
-    most = max(shares, key=lambda i: float(shares[i].sum()), default=last)
-    shares[most] = (shares.get(most, 0.0) + unknown) * UP
+    if unknown.any():
+        most = max(shares, key=lambda i: float(shares[i].sum()), default=last)
+        shares[most] = (shares.get(most, 0.0) + unknown) * UP
     return {i: share * UP for i, share in shares.items()}
 
 
-def with_disk(of: OpenCorners, ends: tuple[float, float], widths: Sequence[float]) -> Family:
-    """Return the matrix of all factors of a disk, both `ends` of whose size are the same, over half `widths`."""
+def with_disk(of: OpenCorners, ends: tuple[float, float]) -> Family:
+    """Return the matrix of all factors of a disk, both `ends` of whose size are the same, over a box."""
     size, n, k = ends[0], of.order, of.values
     a, b, c, d = quarters(of.corners, n)
     e = power = Enclosed.exact(np.zeros_like(d.middle)).moved(np.eye(k))
@@ -262,30 +247,31 @@ def with_disk(of: OpenCorners, ends: tuple[float, float], widths: Sequence[float
     b = b @ e
     below = (e @ c).scaled(size), e.moved(-0.5 * np.eye(k)).scaled(size)
     corners = Enclosed.joined([[a + b @ c, b], list(below)])
-    jets = [_disk_jet(parts, n, k, flint.arb(size)) for parts in of.jets]
-    return Family(corners, 1, shares_of(jets, widths, set(of.interpolated), len(widths) - 1), still=k)
+    return Family(corners, 1, of.shares(disk_terms(of.terms, n, k, flint.arb(size))), still=k)
 
 
-def through(of: OpenCorners, ends: tuple[float, float], widths: Sequence[float]) -> Family:
-    """Return the matrix of a response whose output is divided by a limit, both `ends`, over a box of half `widths`."""
+def through(of: OpenCorners, ends: tuple[float, float]) -> Family:
+    """Return the matrix of a response whose output is divided by a limit, both `ends`, over a box."""
     limit, n, k = ends[0], of.order, of.values
-    above, below = (of.corners[rows, slice(None)] for rows in (slice(None, n), slice(n, None)))
-    scale: Jet = {(): flint.arb_mat([[(i == j) / flint.arb(limit) for j in range(k)] for i in range(k)])}
-    jets = [joined([[a, b], [product(scale, c), product(scale, d)]], (n, k)) for a, b, c, d in of.jets]
-    corners = Enclosed.joined([[above], [below.scaled(1.0 / limit)]])
-    return Family(corners, 1, shares_of(jets, widths, set(of.interpolated), None), still=k)
+    a, b, c, d = of.terms
+    below = ({key: term / flint.arb(limit) for key, term in part.items()} for part in (c, d))
+    shares = of.shares(joined([[a, b], [*below]], (n, k)))
+    above, under = (of.corners[rows, slice(None)] for rows in (slice(None, n), slice(n, None)))
+    corners = Enclosed.joined([[above], [under.scaled(1.0 / limit)]])
+    return Family(corners, 1, shares, still=k)
 
 
-def _disk_jet(jets: Sequence[Jet], order: int, values: int, size: Any) -> Jet:
-    a, b, c, d = jets
+def disk_terms(parts: MapTerms, order: int, values: int, size: Any) -> Terms:
+    """Return the matrix of all factors of a disk as a polynomial."""
+    a, b, c, d = parts
     unit = flint.arb_mat([[int(i == j) for j in range(values)] for i in range(values)])
-    e: Jet = {(): unit}
+    e: Terms = {(): unit}
     power = e
     for _ in range(values - 1 if d else 0):
         power = product(d, power)
         e = added(e, power)
     b = product(b, e)
-    scale: Jet = {(): size * unit}
+    scale: Terms = {(): size * unit}
     below = product(scale, product(e, c)), product(scale, added(e, {(): unit * flint.arb(-0.5)}))
     return joined([[added(a, product(b, c)), b], list(below)], (order, values))
 
@@ -302,28 +288,15 @@ def _closed_at(of: OpenCorners, factor: Sequence[Sequence[Any]]) -> Enclosed:
     return a + b @ back
 
 
-def _closed_jet(jets: Sequence[Jet], values: int, factor: Factor, place: Any, last: int) -> Jet:
-    a, b, c, d = (repeated(jet, factor.parts) for jet in jets)
-    f = {(last,) * order: _spread(rows, values) for order, rows in enumerate(factor.derivatives(place))}
+def closed_terms(of: MapTerms, values: int, wire: Terms, parts: int) -> Terms:
+    """Return the loop closed with factors of so many parts at its wire, as a polynomial."""
+    a, b, c, d = (repeated(part, parts) for part in of)
+    f = {key: _spread(term.tolist(), values) for key, term in wire.items()}
     power = back = product(f, c)
     for _ in range(values - 1 if d else 0):
         power = product(f, product(d, power))
         back = added(back, power)
     return added(a, product(b, back))
-
-
-def _jet(rows: MatrixRows) -> Jet:
-    """Return a matrix of numbers, balls and dual ones as a jet."""
-    height, width = len(rows), len(rows[0]) if rows else 0
-    entries: dict[Key, list[Any]] = {(): [arb_of(plain(value)) for row in rows for value in row]}
-    for place, value in enumerate(value for row in rows for value in row):
-        for i, slope in slopes_of(value, FIRST).items():
-            entries.setdefault((i,), [flint.arb(0)] * (height * width))[place] = arb_of(plain(slope))
-            for j, bend in slopes_of(slope, SECOND).items():
-                if j >= i:
-                    entries.setdefault((i, j), [flint.arb(0)] * (height * width))[place] = arb_of(bend)
-    some = {key: values for key, values in entries.items() if not all(value.is_zero() for value in values)}
-    return {key: flint.arb_mat(height, width, values) for key, values in some.items()}
 
 
 def _spread(factors: Sequence[Sequence[Any]], values: int) -> Any:
@@ -334,18 +307,7 @@ def _spread(factors: Sequence[Sequence[Any]], values: int) -> Any:
     return flint.arb_mat(size, size, entries)
 
 
-def product(left: Jet, right: Jet) -> Jet:
-    total: dict[Key, Any] = {}
-    for one, u in left.items():
-        for other, v in right.items():
-            if len(one) + len(other) <= 2:
-                key = tuple(sorted(one + other))
-                term = u * v * (2 if one == other and one else 1)
-                total[key] = total[key] + term if key in total else term
-    return total
-
-
-def joined(parts: Sequence[Sequence[Jet]], sizes: Sequence[int]) -> Jet:
+def joined(parts: Sequence[Sequence[Terms]], sizes: Sequence[int]) -> Terms:
     """Return blocks of matrices as one, with rows and columns of these sizes."""
     whole: dict[Key, Any] = {}
     for key in {key for row in parts for part in row for key in part}:

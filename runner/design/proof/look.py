@@ -15,7 +15,7 @@ import numpy as np
 
 from proofmass.runner.derivatives.ball import BITS, UndecidedError
 from proofmass.runner.design.proof.at_rest import keeps_side, none_settles
-from proofmass.runner.design.proof.box_maps import MOST_CORNERS, BoxMaps, middle_of, widths_of
+from proofmass.runner.design.proof.box_maps import MOST_CORNERS, BoxMaps, middle_of
 from proofmass.runner.design.proof.claim import PEAK, Claim
 from proofmass.runner.design.proof.closed_loop import Family
 from proofmass.runner.design.proof.contraction import Norm, bound_of, first_norm, in_frame, outer_corner, radius_of
@@ -136,8 +136,8 @@ class BoxLook:
         """
         row, discs, opened = self.claim.row, self.claim.discs(box[-1]), self.maps.open(box[:-1])
         if row.norm is not None:
-            return row.norm(opened, box[-1][0], widths_of(box), start), discs[0]
-        family = row.family(opened, box[-1], widths_of(box))
+            return row.norm(opened, box[-1][0], start), discs[0]
+        family = row.family(opened, box[-1])
         moved = [(disc.moved(family, row.wire.parts), disc) for disc in discs if not disc.empty]
         if not moved:
             return None, discs[0]
@@ -146,7 +146,7 @@ class BoxLook:
             return _norm(best, start), disc
 
         def framed(frame: Array) -> Family:
-            return disc.moved(row.family(opened.framed(frame), box[-1], widths_of(box)), row.wire.parts)
+            return disc.moved(row.family(opened.framed(frame), box[-1]), row.wire.parts)
 
         return _norm_in_frame(best, start, lambda transform: in_frame(transform, framed, row.wire.parts)), disc
 

@@ -14,7 +14,6 @@ its vector w = M^-1 C'u, the slope A w (A w)' - w w'.
 """
 
 import math
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -23,7 +22,7 @@ import numpy as np
 import scipy.linalg
 
 from proofmass.runner.analysis.noise.noise_map import summed
-from proofmass.runner.design.proof.closed_loop import Family, OpenCorners, joined, shares_of
+from proofmass.runner.design.proof.closed_loop import Family, OpenCorners, joined
 from proofmass.runner.design.proof.contraction import Norm, bound_of, first_norm
 from proofmass.runner.design.proof.descent import descended, largest, unknown
 from proofmass.runner.design.proof.enclosed import Enclosed, quarters
@@ -36,18 +35,18 @@ _SPARE = 1e-10  # of the norm, beside what lies beyond the corners
 _UNKNOWN, _KNOWN = 3.3, 2.02  # by which the square of a norm leaves room for that, by its Frobenius norm and in the end
 
 
-def with_noise(of: OpenCorners, limit: float, widths: Sequence[float]) -> Family:
-    """Return [A 0; C 0] for all of a box of half `widths`, beside [B; D], whose squares have a `limit`."""
+def with_noise(of: OpenCorners, limit: float) -> Family:
+    """Return [A 0; C 0] for all of a box, beside [B; D], whose squares have a `limit`."""
     n, r = of.order, of.values
     states, rest = slice(n), slice(n, None)
     empty = Enclosed.exact(np.zeros((len(of.corners.middle), n + r, r)))
     square = Enclosed.joined([[of.corners[slice(None), states], empty]])
-    exact, last = {*of.interpolated}, None
-    shares = shares_of([joined([[a, {}], [c, {}]], (n, r)) for a, _, c, _ in of.jets], widths, exact, last)
+    a, b, c, d = of.terms
+    shares = of.shares(joined([[a, {}], [c, {}]], (n, r)))
     entering = of.corners[slice(None), rest]
     beyond = np.zeros(entering.middle.shape[1:])
-    for place, part in ((states, 1), (rest, 3)):
-        beyond[place] = sum(shares_of([jets[part] for jets in of.jets], widths, exact, last).values(), beyond[place])
+    for place, part in ((states, b), (rest, d)):
+        beyond[place] = sum(of.shares(part).values(), beyond[place])
     return Family(square, 1, shares, still=r, noise=entering, beyond_noise=beyond, limit=limit)
 
 
@@ -62,12 +61,12 @@ def rms_at_corners(of: OpenCorners) -> Array:
     return np.asarray(np.sqrt(squares))
 
 
-def norm_of_noise(of: OpenCorners, limit: float, widths: Sequence[float], start: Start | None) -> Norm | None:
-    """Return a norm with a small bound of the noise; None if the mean of corners grows.
+def norm_of_noise(of: OpenCorners, limit: float, start: Start | None) -> Norm | None:
+    """Return a norm with a small bound of the noise; None where the mean of the corners does not decay.
 
     That of a `start` is taken where it serves.
     """
-    family = with_noise(of, limit, widths)
+    family = with_noise(of, limit)
     if start is not None:
         given = Norm(start.transform, family)
         if given.contracts():

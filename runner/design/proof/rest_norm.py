@@ -6,7 +6,6 @@ X, of its singular vectors. It is that of T (I + X) and T (I + X) (I + Y) T^-1 R
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,23 +32,23 @@ class Start:
     alone: bool = False  # it serves, or none does
 
 
-def norm_at_rest(of: OpenCorners, limit: float, widths: Sequence[float], start: Start | None) -> Norm | None:
-    """Return norms of A and of I - R M, side by side; None if their corners' mean grows.
+def norm_at_rest(of: OpenCorners, limit: float, start: Start | None) -> Norm | None:
+    """Return norms of A and of I - R M, side by side; None where the mean of the corners does not decay.
 
     Those of a `start` are taken where they serve.
     """
     n = of.order
     if start is not None and start.left is not None:
-        given = Norm(start.transform, at_rest(of, limit, widths, start.left))
+        given = Norm(start.transform, at_rest(of, limit, start.left))
         if given.contracts():
             return given
-    family = at_rest(of, limit, widths)
+    family = at_rest(of, limit)
     poles, rest = family.parts()
     root = _root_of_poles(poles, None if start is None else start.transform[:n, :n]) if n else np.eye(0)
     if root is None:
         return None
     turned, left = _descended(_first(rest), family)
-    return Norm(np.asarray(scipy.linalg.block_diag(root, turned)), at_rest(of, limit, widths, left))
+    return Norm(np.asarray(scipy.linalg.block_diag(root, turned)), at_rest(of, limit, left))
 
 
 def _root_of_poles(poles: Family, given: Array | None) -> Array | None:

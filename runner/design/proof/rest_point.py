@@ -6,10 +6,10 @@ of these by its own period:
 
     F(x_1, ..., x_N) = (F_N(x_N), F_1(x_1), ..., F_N-1(x_N-1))
 
-so that an orbit is a point of rest of F, and one period after the other is enclosed (multiple shooting). The
-derivatives by q follow from those of F:
+so that an orbit is a point of rest of F, and one period after the other is enclosed (multiple shooting). It lies near
+a polynomial c(q), the last of the steps
 
-    x_i = (I - J)^-1 F_i,   x_ij = (I - J)^-1 (second derivative of F(x(q), q) with x_ij = 0)
+    c <- c + R (F(c, q) - c),   R near (I - J)^-1 in the middle of the box
 
 F is that of ideal converters, without noise, with sources that are constant, or come round, from the operating point
 on. It is of a tick in which all blocks compute, or of whole periods (`rest_ticks`).
@@ -35,10 +35,11 @@ from proofmass.runner.analysis.linearisation.rings import Entry, find_rings
 from proofmass.runner.analysis.linearisation.seeds import HELD, at_place, held_in, place_of, put
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.derivatives.ball import BITS, Ball, UndecidedError, arb_of
-from proofmass.runner.derivatives.dual import SIGNALS, Dual, dual, plain, slopes_of, value_of
+from proofmass.runner.derivatives.dual import SIGNALS, Dual, dual, plain, slopes_of
+from proofmass.runner.derivatives.polynomial import ORDER, PolynomialBall, matrix_terms
 from proofmass.runner.design.proof.about_rest import AboutRest
-from proofmass.runner.design.proof.ball_ticks import FIRST, SECOND, VARIED, RestTicks, advanced, varied, with_balls
-from proofmass.runner.design.proof.enclosed import Enclosed, RestPoint, balls_of, differences_of, near_inverse
+from proofmass.runner.design.proof.ball_ticks import RestTicks, advanced, with_balls
+from proofmass.runner.design.proof.enclosed import Enclosed, RestPoint, balls_of, near_inverse
 from proofmass.runner.design.proof.rest_sources import LATE, MOST_PERIODS, RestSources
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.memory import Memory, start
@@ -206,20 +207,27 @@ class RestRun:
             seed = dual(0.0, {(number, entry): 1.0}, SIGNALS) if seeded else 0.0
             put(memory, place_of(memory, entry, self._rings), value + seed)
 
-    def enclosed(self, parameters: Mapping[str, Any], within: RestPoint | None = None) -> RestPoint:
-        """Return where all sensors with such parameters rest, `within` where those of a larger box do.
-
-        Raises `UndecidedError` where that is not shown.
-        """
-        plan = with_balls(self._plan, {name: varied(plain(value)) for name, value in parameters.items()})
-        if within is None and not self._comes_round(plan):
+    def enclosed(self, parameters: Mapping[str, Any]) -> RestPoint:
+        """Return where all sensors with such parameters rest; raises `UndecidedError` where that is not shown."""
+        plan = with_balls(self._plan, parameters)
+        if not self._comes_round(plan):
             raise UndecidedError("a source changes with time for some parameters")
-        centre = np.array(self._start if within is None else within.centre)
-        if not len(centre):
-            empty = Enclosed.exact(np.zeros((0, 0)))
-            return RestPoint(centre, centre, np.zeros((0, 0)), empty, empty)
+        middles = {name: PolynomialBall({(): arb_of(value).mid()}) for name, value in parameters.items()}
+        centre, left = self._in_the_middle(with_balls(self._plan, middles))
+        curve = balls_of(centre)
+        for _ in range(ORDER if parameters else 0):
+            image, _ = self.image(plan, curve)
+            apart = matrix_terms([[plain(x) - c] for x, c in zip(image, curve, strict=True)])
+            steps = {key: (flint.arb_mat(left.tolist()) * term.mid()).entries() for key, term in apart.items()}
+            parts = (PolynomialBall({key: step[i] for key, step in steps.items()}) for i in range(len(curve)))
+            curve = [(c + part).middles for c, part in zip(curve, parts, strict=True)]
+        return self._around(plan, curve, left)
+
+    def _in_the_middle(self, plan: Plan) -> tuple[Array, Array]:
+        """Return about where a sensor rests, by Newton's method, and R."""
+        centre = np.array(self._start)
         sizes, before, left = np.abs(centre), np.full(len(centre), math.inf), np.eye(len(centre))
-        for _ in range(_NEWTON):
+        for _ in range(_NEWTON if len(centre) else 0):
             image, _ = self.image(plan, balls_of(centre))
             left = near_inverse(self._matrix(image))
             by = left @ np.array([float(arb_of(plain(x)).mid()) for x in image] - centre)
@@ -229,29 +237,7 @@ class RestRun:
             if bool(((np.abs(by) <= _NEAR * sizes) | (np.abs(by) >= 0.5 * before)).all()):  # or rounding is left
                 break
             before = np.abs(by)
-        found = self._around(plan, centre, left)
-        if within is None:
-            return found
-        found = replace(found, reach=found.needed())
-        if not within.holds(found):
-            raise UndecidedError("a sensor rests elsewhere than its neighbours")
-        return found
-
-    def following(self, parameters: Mapping[str, Any]) -> RestPoint:
-        """Return where all sensors with such parameters rest, and how that moves with them; raises `UndecidedError`."""
-        rest = self.enclosed(parameters)
-        middles = {name: float(arb_of(plain(value)).mid()) for name, value in parameters.items()}
-        given = {name: dual(Ball(flint.arb(value)), {name: 1.0}, FIRST) for name, value in middles.items()}
-        image, _ = self.image(with_balls(self._plan, given), balls_of(rest.centre))
-        own = [slopes_of(value_of(value, SIGNALS), FIRST) for value in image]
-        moves = {name: [float(arb_of(plain(of.get(name, 0.0))).mid()) for of in own] for name in given}
-        return replace(
-            rest, follows={name: (middles[name], rest.left @ np.array(move)) for name, move in moves.items()}
-        )
-
-    def values(self, parameters: Mapping[str, Any], rest: RestPoint, moves: bool) -> list[Any]:
-        """Return the numbers at rest, which `moves` with the parameters or is any within reach."""
-        return self.point(with_balls(self._plan, parameters), parameters, rest) if moves else rest.values
+        return centre, left
 
     def _comes_round(self, plan: Plan) -> bool:
         """Return whether the sources of a plan of other parameters come round with the orbit."""
@@ -273,54 +259,28 @@ class RestRun:
         """Return the map between some ends about the point of rest of the sensor as it is; raises `ModelError`."""
         return self.linearised(self._plan).point_of(ends)
 
-    def _around(self, plan: Plan, centre: Array, left: Array) -> RestPoint:
-        image, _ = self.image(plan, balls_of(centre))
-        apart = [[plain(x) - c] for x, c in zip(image, centre.tolist(), strict=True)]
-        step, reach = Enclosed.of_balls([apart]), np.zeros(len(centre))
-        for _ in range(_WIDENED):
-            point = RestPoint(centre, reach, left, step, step)
+    def _around(self, plan: Plan, curve: Sequence[Any], left: Array) -> RestPoint:
+        image, _ = self.image(plan, curve)
+        apart = [[plain(x) - c] for x, c in zip(image, curve, strict=True)]
+        step, reach = Enclosed.of_balls([apart]), np.zeros(len(curve))
+        point = RestPoint(curve, reach, left, step, step)
+        for _ in range(_WIDENED if len(curve) else 0):
             image, _ = self.image(plan, point.values)
-            matrix = Enclosed.of_balls([self._matrix(image)])
-            point = replace(point, matrix=matrix)
+            point = replace(point, matrix=Enclosed.of_balls([self._matrix(image)]))
             needs = point.needed()
             if bool((needs * _SPARE < reach).all()):
                 return point
-            reach = np.maximum(_ROOM * needs, reach) + _CLOSE * np.abs(centre) + _LEAST
+            reach = np.maximum(_ROOM * needs, reach) + _CLOSE * np.abs(point.centre) + _LEAST
             if not bool((reach <= _FARTHEST).all()):
                 break
+            point = replace(point, reach=reach)
+        if not len(curve):
+            return replace(point, step=Enclosed.exact(np.zeros((0, 0))), matrix=Enclosed.exact(np.zeros((0, 0))))
         raise UndecidedError("no point of rest is enclosed: something on the way does not settle, or bends too much")
 
     def _matrix(self, image: Sequence[Any]) -> list[list[Any]]:
         keys = self.directions
         return [[plain(slopes.get(key, 0.0)) for key in keys] for slopes in (slopes_of(x, SIGNALS) for x in image)]
-
-    def point(self, plan: Plan, parameters: Mapping[str, Any], rest: RestPoint) -> list[Any]:
-        """Return the numbers of the point of rest, dual in the parameters' coordinates.
-
-        `plan` has these parameters. Raises `UndecidedError`.
-        """
-        values: list[Any] = list(rest.values)
-        keys = sorted({i for value in parameters.values() for i in slopes_of(value, FIRST) if i != VARIED})
-        if not keys or not values:
-            return values
-        image, _ = self.image(plan, values)
-        apart = differences_of(self._matrix(image))
-        own = [value_of(value, SIGNALS) for value in image]
-        first = {i: _solved(apart, [plain(slopes_of(value, FIRST).get(i, 0.0)) for value in own]) for i in keys}
-        values = [_jet(x, {i: (first[i][k], {}) for i in keys}, first, k) for k, x in enumerate(rest.values)]
-        image, _ = self.image(plan, values)
-        own = [value_of(value, SIGNALS) for value in image]
-        second = {
-            i: {
-                j: _solved(apart, [slopes_of(slopes_of(v, FIRST).get(i, 0.0), SECOND).get(j, 0.0) for v in own])
-                for j in keys
-            }
-            for i in keys
-        }
-        return [
-            _jet(x, {i: (first[i][k], {j: second[i][j][k] for j in keys}) for i in keys}, first, k)
-            for k, x in enumerate(rest.values)
-        ]
 
     @property
     def period(self) -> float:
@@ -363,23 +323,6 @@ class RestRun:
         own = object.__new__(cls)
         vars(own).update(vars(other) | {"_plan": plan})
         return own
-
-
-def _solved(matrix: Any, column: Sequence[Any]) -> list[Any]:
-    """Return the solution of a system of balls; raises `UndecidedError` where there may be none."""
-    try:
-        rows = matrix.solve(flint.arb_mat([[arb_of(plain(value))] for value in column]), algorithm="precond").tolist()
-    except ZeroDivisionError:
-        raise UndecidedError("something on the way may not come to rest") from None
-    return [Ball(row[0]) for row in rows]
-
-
-def _jet(
-    value: Any, slopes: Mapping[int, tuple[Any, Mapping[int, Any]]], first: Mapping[int, Sequence[Any]], k: int
-) -> Any:
-    """Return a number with its first and second derivatives."""
-    inner = dual(value, {i: first[i][k] for i in slopes}, SECOND)
-    return dual(inner, {i: dual(slope, dict(bends), SECOND) for i, (slope, bends) in slopes.items()}, FIRST)
 
 
 def not_at_rest(what: str, signal: str) -> Problem:

@@ -67,7 +67,7 @@ from proofmass.runner.design.proof.ball_map import (
     states_between,
     too_large,
 )
-from proofmass.runner.design.proof.ball_ticks import BallTicks, advanced, varied, with_balls
+from proofmass.runner.design.proof.ball_ticks import BallTicks, advanced, with_balls
 from proofmass.runner.design.proof.enclosed import RestPoint
 from proofmass.runner.design.proof.rest_point import RestRun, not_at_rest
 from proofmass.runner.plan.groups import Group
@@ -148,7 +148,7 @@ def _sum(values: Sequence[Any], part: Any) -> Any:
 
 
 class RestingOutput(Starting):
-    """An output of sensors that rest: the map about the centre of their points of rest, over any box of parameters."""
+    """An output of sensors that rest: the map about a curve of their points of rest, over any box of parameters."""
 
     def __init__(self, plan: Plan, target: Endpoint, rest: RestRun) -> None:
         """Raises `ModelError` where the output depends on too many states."""
@@ -160,26 +160,23 @@ class RestingOutput(Starting):
         self._period_run = None if rest.is_exact else BallRun(plan, ends, rest.map_between(ends), rest)
         self.period, self.values = rest.period, 1
 
-    def map(self, parameters: Mapping[str, Any], kept: Kept | None = None) -> BallMap:
-        """Return the map for parameters that hold balls, dual in the coordinates of a box, of what is `kept`.
+    def map(self, parameters: Mapping[str, Any]) -> BallMap:
+        """Return the map for parameters that hold polynomials.
 
         Raises `UndecidedError` where no point of rest is enclosed, or a block decides differently within the box.
         """
-        rest = kept.rest if kept is not None and kept.rest is not None else self._rest.following(parameters)
-        given = {name: varied(value) for name, value in parameters.items()}
-        plan, near = with_balls(self._plan, given), rest.near(given)
-        image, outputs = self._rest.image(plan, near)
+        rest, plan = self._rest.enclosed(parameters), with_balls(self._plan, parameters)
+        image, outputs = self._rest.image(plan, rest.curve)
         around, output_around = self._rest.image(plan, rest.values)
-        steps = [value_of(value, SIGNALS) - c for value, c in zip(image, near, strict=True)]
+        steps = [value_of(value, SIGNALS) - c for value, c in zip(image, rest.curve, strict=True)]
         rows = [[*self._slopes(value), step] for value, step in zip(around, steps, strict=True)]
         slopes = [_mean(column) for column in zip(*map(self._slopes, output_around), strict=True)]
         rows.append([*slopes, _mean([value_of(value, SIGNALS) for value in outputs])])
         order = len(steps)
-        if kept is None:
-            reached = [[*row[:-1], 1.0] for row in rows]
-            kept = Kept(tuple(states_between(reached, order)), (0,), (0,), rest)
+        reached = [[*row[:-1], 1.0] for row in rows]
+        kept = Kept(tuple(states_between(reached, order)), (0,), (0,), rest)
         places = [*kept.states, order]
-        rows, period = [[rows[i][j] for j in places] for i in places], self._period(given, rest)
+        rows, period = [[rows[i][j] for j in places] for i in places], self._period(parameters, rest)
         beside, empty = [0.0] * len(period), [0.0] * len(places)
         return BallMap(
             len(beside) + len(kept.states), [[*r, *empty] for r in period] + [[*beside, *r] for r in rows], kept
@@ -189,7 +186,7 @@ class RestingOutput(Starting):
         """Return the map of a period of the sensor at rest where F is another one, else nothing."""
         if self._period_run is None:
             return []
-        rows, order = self._period_run.rows(parameters, rest, moves=False)
+        rows, order = self._period_run.rows(parameters, rest)
         return [row[:order] for row in rows[:order]]
 
     def _slopes(self, value: Any) -> list[Any]:
@@ -232,9 +229,9 @@ class StartingNoise(Starting):
 class _NoiseRun(BallRun):
     """A period whose random numbers and errors of quantisers have directions."""
 
-    def rows(self, parameters: Mapping[str, Any], rest: Any = None, moves: bool = True) -> tuple[MatrixRows, int]:
+    def rows(self, parameters: Mapping[str, Any], rest: RestPoint | None = None) -> tuple[MatrixRows, int]:
         """Return the map of all states from sources of variance one to a part of the rms, and how many these are."""
-        rows, order = super().rows(parameters, rest, moves)
+        rows, order = super().rows(parameters, rest)
         part = Ball(1 / flint.arb(len(rows) - order).sqrt())
         twelfth = Ball(1 / flint.arb(12).sqrt())
         weights = [1.0] * order + [1.0 if variance(name) == 1.0 else twelfth for _, name, _ in self._sources]
@@ -313,9 +310,9 @@ class _RateRun(BallRun):
     def __init__(self, plan: Plan, group: Group, node: Endpoint, rest: RestRun | None) -> None:
         self._plan, self._group, self._node, self._rest = plan, group, node, rest
 
-    def rows(self, parameters: Mapping[str, Any], rest: Any = None, moves: bool = True) -> tuple[MatrixRows, int]:
+    def rows(self, parameters: Mapping[str, Any], rest: RestPoint | None = None) -> tuple[MatrixRows, int]:
         """Return [A B; C D] for parameters that hold balls, and the number of states; raises `UndecidedError`."""
-        plan, _, memory = self._there(parameters, rest, moves)
+        plan, memory = self._there(parameters, rest)
         try:
             moving, rates = analog_rates(plan, self._group, [self._node], memory)
         except TickError as error:

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from proofmass.runner.derivatives.ball import Ball, UndecidedError
+from proofmass.runner.derivatives.polynomial import PolynomialBall
 from proofmass.runner.design.proof import box_maps
-from proofmass.runner.design.proof.box_maps import BoxMaps, middle_of, widths_of
+from proofmass.runner.design.proof.box_maps import BoxMaps, middle_of
 from proofmass.runner.design.proof.closed_loop import Disc
 from proofmass.runner.design.proof.coordinates import Coordinates, ProvedRegion, widened
 from proofmass.runner.design.proof.descent import descended, largest, unknown
-from proofmass.runner.design.proof.enclosed import Enclosed, RestPoint, differences_of, near_inverse
+from proofmass.runner.design.proof.enclosed import Enclosed, RestPoint, near_inverse
 from proofmass.runner.design.proof.passages import _periods, halved_places, too_soon
 
 ONE = (1.0, 1.0)  # the factor at the wire, which stays
@@ -67,24 +68,18 @@ def test_how_far_coordinates_move_in_a_period() -> None:
 
 
 def test_halves_of_sides_are_never_too_short() -> None:
-    (half, nothing) = widths_of(((1.0, 3.0), (2.0, 2.0)))
-    assert 0.0 < half - 1.0 < 1e-14
-    assert nothing == 0.0
+    assert 0.0 < box_maps._half(1.0, 3.0) - 1.0 < 1e-14
+    assert box_maps._half(2.0, 2.0) == 0.0
     assert middle_of(1.0, 4.0) == 2.5
     assert box_maps._half(1.0, math.nextafter(1.0, 2.0)) >= 2.0**-52 - 2.0**-60
 
 
-def test_slices_of_a_side() -> None:
-    found = box_maps._slices(((0.0, 1.0), (2.0, 10.0)), 1)
-    assert found == [((0.0, 1.0), (2.0 + k, 3.0 + k)) for k in range(8)]
-
-
-def test_the_oldest_of_what_is_known_goes_first() -> None:
-    known = {1: "a", 2: "b"}
-    box_maps._remember(known, 3, "c", 2)
-    assert known == {2: "b", 3: "c"}
-    box_maps._remember(known, 4, "d", 3)
-    assert known == {2: "b", 3: "c", 4: "d"}
+def test_the_oldest_of_what_is_known_goes_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(box_maps, "_KEPT", 2)
+    maps: Any = BoxMaps(SimpleNamespace(values=1), lambda values: {})  # type: ignore[arg-type]
+    maps._over = lambda sides: sides
+    assert [maps.open(one) for one in "abca"] == ["a", "b", "c", "a"]
+    assert [*maps._known] == ["c", "a"]
 
 
 def test_the_corner_at_which_a_quantity_is_worst() -> None:
@@ -191,13 +186,13 @@ def test_the_larger_core_of_a_passage_is_halved_along_the_side_that_parts_both()
 
 # -- points of rest ----------------------------------------------------------------------------------------------------
 
+CURVE = 3.0 * PolynomialBall.coordinate(-0.125, 0.125, 0) + 2.0
 REST = RestPoint(
-    centre=np.array([2.0]),
+    curve=[CURVE],
     reach=np.array([0.5]),
     left=np.array([[2.0]]),
     step=Enclosed(np.array([[[-0.1]]]), np.array([[[0.01]]])),
     matrix=Enclosed(np.array([[[0.75]]]), np.array([[[0.1]]])),
-    follows={"p": (1.0, np.array([3.0]))},
 )
 
 
@@ -207,16 +202,11 @@ def test_krawczyks_operator_of_one_number() -> None:
     assert REST.needed()[0] > 0.57
 
 
-def test_a_point_of_rest_follows_parameters_within_its_reach() -> None:
-    (near,) = REST.near({"p": 1.125})
-    assert float(near) == 2.375 if isinstance(near, float) else float(near.arb.mid()) == 2.375
-    with pytest.raises(UndecidedError, match="bends too much"):
-        REST.near({"p": 1.25})
+def test_a_point_of_rest_lies_within_the_reach_of_its_curve() -> None:
     (value,) = REST.values
-    assert (float(value.arb.mid()), float(value.arb.rad())) == pytest.approx((2.0, 0.5))
-    assert REST.holds(REST)
-    assert not REST.holds(RestPoint(REST.centre, np.array([0.75]), REST.left, REST.step, REST.matrix))
-    assert REST.holds(RestPoint(REST.centre, np.array([0.25]), REST.left, REST.step, REST.matrix))
+    assert value.terms.keys() == {(), (0,)}
+    assert value.ends() == pytest.approx((2.0 - 0.375 - 0.5, 2.0 + 0.375 + 0.5))
+    assert (value - CURVE).ends() == pytest.approx((-0.5, 0.5))
 
 
 def test_a_point_of_rest_as_data() -> None:
@@ -226,13 +216,11 @@ def test_a_point_of_rest_as_data() -> None:
     }  # fmt: skip
 
 
-def test_inverses_and_differences_of_balls() -> None:
+def test_inverses_of_balls() -> None:
     balls = [[Ball(flint.arb(x)) for x in row] for row in ((0.5, 1.0), (0.0, 0.75))]
     np.testing.assert_allclose(near_inverse(balls), [[2.0, 8.0], [0.0, 4.0]])
     with pytest.raises(UndecidedError, match="does not come to rest"):
         near_inverse([[Ball(flint.arb(1))]])
-    table = differences_of(balls)
-    assert [[float(table[i, j].mid()) for j in range(2)] for i in range(2)] == [[0.5, -1.0], [0.0, 0.25]]
 
 
 # -- descents ----------------------------------------------------------------------------------------------------------

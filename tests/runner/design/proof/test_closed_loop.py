@@ -1,11 +1,12 @@
-"""Derivatives of closed loops by their coordinates, against differences of mpmath with sixty digits.
+"""Closed loops as polynomials of their coordinates, against mpmath with sixty digits at random places.
 
 Open loops are polynomials of two coordinates u and v, of second order in either. D joins the first value of a wire with
 the second.
 """
 
-from collections.abc import Callable
-from itertools import combinations_with_replacement
+import itertools
+import random
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import flint
@@ -13,15 +14,22 @@ import mpmath
 import numpy as np
 import pytest
 
-from proofmass.runner.derivatives.dual import Dual
-from proofmass.runner.design.proof import closed_loop
-from proofmass.runner.design.proof.ball_ticks import FIRST, SECOND
-from proofmass.runner.design.proof.closed_loop import Jet
+from proofmass.runner.derivatives.ball import BITS
+from proofmass.runner.derivatives.polynomial import PolynomialBall, Terms, matrix_terms
+from proofmass.runner.design.proof.ball_map import BallMap, Kept
+from proofmass.runner.design.proof.closed_loop import (
+    at_corners,
+    bends,
+    closed_terms,
+    disk_terms,
+    joined,
+    parts_of,
+    shares_of,
+)
 from proofmass.runner.design.proof.wire_factors import GAIN, PHASE, Factor
 
-MIDDLE = (0.25, -0.5)  # of the coordinates
+SIDES = ((0.125, 0.375), (-0.75, -0.25))  # of the coordinates
 ORDER, VALUES = 2, 2
-_NEAR = mpmath.mpf(10) ** -15
 
 Numbers = Callable[..., list[list[Any]]]
 
@@ -42,53 +50,59 @@ def d(u: Any, v: Any) -> list[list[Any]]:
     return [[0.0, 0.0], [0.75 + u + v * u, 0.0]]
 
 
-def jet(of: Numbers) -> Jet:
-    u, v = (Dual(Dual(x, {i: 1.0}, SECOND), {i: 1.0}, FIRST) for i, x in enumerate(MIDDLE))
-    return closed_loop._jet(of(u, v))
+@pytest.fixture(autouse=True)
+def bits() -> Iterator[None]:
+    with flint.ctx.workprec(BITS):
+        yield
 
 
-def differences(of: Callable[..., Any], at: tuple[float, ...]) -> dict[tuple[int, ...], Any]:
-    """The matrix there, and its derivatives up to the second that are not zero."""
-    with mpmath.workdps(60):
-        count, places = len(at), [mpmath.mpf(x) for x in at]
-
-        def shifted(*by: tuple[int, int]) -> Any:
-            moved = list(places)
-            for i, sign in by:
-                moved[i] = moved[i] + sign * _NEAR
-            return mpmath.matrix(of(*moved))
-
-        found = {(): shifted()}
-        for i in range(count):
-            found[i,] = (shifted((i, 1)) - shifted((i, -1))) / (2 * _NEAR)
-        for i, j in combinations_with_replacement(range(count), 2):
-            corners = [shifted((i, s), (j, t)) * (s * t) for s in (1, -1) for t in (1, -1)]
-            found[i, j] = (corners[0] + corners[1] + corners[2] + corners[3]) / (4 * _NEAR**2)
-        return {key: m for key, m in found.items() if mpmath.norm(m, 1) > mpmath.mpf(10) ** -25}
+def whole_map() -> BallMap:
+    u, v = (PolynomialBall.coordinate(*side, i) for i, side in enumerate(SIDES))
+    above = [[*left, *right] for left, right in zip(a(u, v), b(u, v), strict=True)]
+    below = [[*left, *right] for left, right in zip(c(u, v), d(u, v), strict=True)]
+    return BallMap(ORDER, [*above, *below], Kept((0, 1), (0, 1), (0, 1)))
 
 
-def assert_same(found: Jet, expected: dict[tuple[int, ...], Any]) -> None:
-    some = {key: m for key, m in found.items() if not all(value.is_zero() for value in m.entries())}
-    assert some.keys() == expected.keys()
-    for key, matrix in some.items():
-        rows = np.array([[float(value) for value in row] for row in matrix.tolist()])
-        assert rows == pytest.approx(np.array(expected[key].tolist(), dtype=float), rel=1e-12, abs=1e-12), key
+def places(sides: Sequence[tuple[float, float]]) -> Iterator[tuple[list[Any], list[Any]]]:
+    """Parts of half sides from their middles, in whole eighths, and the numbers there."""
+    draw = random.Random(5)
+    for _ in range(6):
+        parts = [draw.randint(-8, 8) / 8 for _ in sides]
+        yield (
+            parts,
+            [(low + high) / 2 + part * (high - low) / 2 for part, (low, high) in zip(parts, sides, strict=True)],
+        )
 
 
-@pytest.mark.parametrize("of", [a, b, c, d])
-def test_an_open_loop_with_its_derivatives(of: Numbers) -> None:
-    assert_same(jet(of), differences(of, MIDDLE))
+def assert_holds(found: Terms, exact: Callable[..., Any], *sides: tuple[float, float], room: float = 1e-20) -> None:
+    """A polynomial holds the exact matrix at random places, and is off by its room at most."""
+    for parts, numbers in places((*SIDES, *sides)):
+        total: Any = 0
+        for key, term in found.items():
+            moved = term * flint.arb(float(np.prod([parts[i] for i in key])))
+            total = moved if total == 0 else total + moved
+        with mpmath.workdps(60):
+            matrix = mpmath.matrix(exact(*map(mpmath.mpf, numbers)))
+        for i, row in enumerate(total.tolist()):
+            for j, value in enumerate(row):
+                assert value.overlaps(flint.arb(mpmath.nstr(matrix[i, j], 50)))
+                assert value.rad() < room
 
 
-def test_products_and_matrices_of_matrices() -> None:
-    assert_same(
-        closed_loop.product(jet(a), closed_loop.product(jet(b), jet(c))),
-        differences(lambda u, v: mpmath.matrix(a(u, v)) * mpmath.matrix(b(u, v)) * mpmath.matrix(c(u, v)), MIDDLE),
-    )
-    assert_same(
-        closed_loop.joined([[jet(a), jet(b)], [jet(c), jet(d)]], (ORDER, VALUES)),
-        differences(lambda u, v: _joined(a(u, v), b(u, v), c(u, v), d(u, v)), MIDDLE),
-    )
+def test_an_open_loop_in_its_parts() -> None:
+    for part, of in zip(parts_of(whole_map()), (a, b, c, d), strict=True):
+        assert_holds(part, of)
+
+
+def test_matrices_of_matrices() -> None:
+    first, second, third, fourth = parts_of(whole_map())
+    whole = joined([[first, second], [third, fourth]], (ORDER, VALUES))
+    assert_holds(whole, lambda u, v: _joined(a(u, v), b(u, v), c(u, v), d(u, v)))
+
+
+def test_where_a_loop_bends() -> None:
+    """In halves of 1/8 and 1/4: 1 u u, a half of it and none elsewhere; 3 v v and 1 v v."""
+    assert bends(whole_map(), 2) == pytest.approx([1.5 / 64, 4.0 / 16])
 
 
 def _joined(a: Any, b: Any, c: Any, d: Any) -> list[list[Any]]:
@@ -104,8 +118,8 @@ def _kronecker(left: list[list[Any]], right: list[list[Any]]) -> Any:
     return mpmath.matrix([[x * y for x in row for y in other] for row in left for other in right])
 
 
-@pytest.mark.parametrize(("factor", "place"), [(GAIN, 1.75), (PHASE, 0.5)])
-def test_a_loop_that_is_closed_with_a_factor(factor: Factor, place: float) -> None:
+@pytest.mark.parametrize(("factor", "ends", "room"), [(GAIN, (1.5, 2.0), 2.0), (PHASE, (0.5, 0.75), 1.0)])
+def test_a_loop_that_is_closed_with_a_factor(factor: Factor, ends: tuple[float, float], room: float) -> None:
     """A + B F (I - D F)^-1 C, the factor's coordinate the last."""
 
     def closed(u: Any, v: Any, w: Any) -> Any:
@@ -115,8 +129,8 @@ def test_a_loop_that_is_closed_with_a_factor(factor: Factor, place: float) -> No
         f = _kronecker(turn, [[1, 0], [0, 1]])
         return wide[0] + wide[1] * f * (mpmath.eye(f.rows) - wide[3] * f) ** -1 * wide[2]
 
-    found = closed_loop._closed_jet((jet(a), jet(b), jet(c), jet(d)), VALUES, factor, flint.arb(place), 2)
-    assert_same(found, differences(closed, (*MIDDLE, place)))
+    found = closed_terms(parts_of(whole_map()), VALUES, factor.terms(*ends, False, 2), factor.parts)
+    assert_holds(found, closed, ends, room=room)
 
 
 def test_a_loop_with_a_disk_of_factors() -> None:
@@ -128,5 +142,29 @@ def test_a_loop_with_a_disk_of_factors() -> None:
         e = (mpmath.eye(VALUES) - direct) ** -1
         return _joined(whole + into * e * out, into * e, size * e * out, size * (e - 0.5 * mpmath.eye(VALUES)))
 
-    found = closed_loop._disk_jet((jet(a), jet(b), jet(c), jet(d)), ORDER, VALUES, flint.arb(size))
-    assert_same(found, differences(closed, MIDDLE))
+    assert_holds(disk_terms(parts_of(whole_map()), ORDER, VALUES, flint.arb(size)), closed, room=0.1)
+
+
+# -- between corners ---------------------------------------------------------------------------------------------------
+
+
+def bent(u: Any, v: Any) -> list[list[Any]]:
+    return [[u * v + 2.0 * u * u, v**3], [1.0 / (3.0 + u), u * v * v * 0.5]]
+
+
+@pytest.mark.parametrize("chosen", [(0, 1), (1,), ()])
+def test_a_matrix_lies_between_its_corners_and_what_its_terms_add(chosen: tuple[int, ...]) -> None:
+    """Coordinates that are at no end stay in the middle."""
+    u, v = (PolynomialBall.coordinate(*side, i) for i, side in enumerate(SIDES))
+    terms = matrix_terms(bent(u, v))
+    corners = np.array([[[float(x) for x in row] for row in one.tolist()] for one in at_corners(terms, chosen)])
+    ends = itertools.product(*(side if i in chosen else (sum(side) / 2,) for i, side in enumerate(SIDES)))
+    assert corners == pytest.approx(np.array([bent(*end) for end in ends]), rel=1e-6)
+    shares = sum(shares_of(terms, {*chosen}, 2).values(), np.zeros((2, 2)))
+    assert (shares < [[0.5, 0.5], [0.1, 0.15]]).all()
+    for parts, numbers in places(SIDES):
+        weights = [
+            np.prod(one) for one in itertools.product(*(((1 - parts[i]) / 2, (1 + parts[i]) / 2) for i in chosen))
+        ]
+        mixed = np.tensordot(np.array(weights), corners, 1)
+        assert (np.abs(np.array(bent(*numbers)) - mixed) <= shares + 1e-15).all()

@@ -84,7 +84,7 @@ def test_a_norm_of_the_whole_serves_or_is_improved() -> None:
 def opened(*corners: tuple[float, float, float, float]) -> OpenCorners:
     """x' = a x + b w, y = c x + d w."""
     middle = np.array([[[a, b], [c, d]] for a, b, c, d in corners])
-    return OpenCorners(1, 1, Enclosed(middle, np.zeros_like(middle)), lambda: (({}, {}, {}, {}),), None, ())
+    return OpenCorners(1, 1, Enclosed(middle, np.zeros_like(middle)), ({}, {}, {}, {}), None, (), 0)
 
 
 RMS = math.sqrt(4.0 * 9.0 / 0.75 + 0.25)  # of a = 0.5, b = 2, c = 3 and d = 0.5
@@ -98,18 +98,18 @@ def test_the_rms_of_one_state() -> None:
 
 @pytest.mark.parametrize(("part", "holds"), [(1.001, True), (0.999, False)])
 def test_a_norm_that_shows_a_bound_of_the_noise(part: float, holds: bool) -> None:
-    found = norm_of_noise(opened((0.5, 2.0, 3.0, 0.5)), RMS * part, (), None)
+    found = norm_of_noise(opened((0.5, 2.0, 3.0, 0.5)), RMS * part, None)
     assert found is not None
     assert found.contracts() is holds
     if holds:
-        again = norm_of_noise(opened((0.5, 2.0, 3.0, 0.5)), RMS * part, (), Start(found.transform))
+        again = norm_of_noise(opened((0.5, 2.0, 3.0, 0.5)), RMS * part, Start(found.transform))
         assert again is not None
         assert again.transform is found.transform
-    assert norm_of_noise(opened((1.5, 2.0, 3.0, 0.5)), 1e9, (), None) is None
+    assert norm_of_noise(opened((1.5, 2.0, 3.0, 0.5)), 1e9, None) is None
 
 
 def test_a_family_with_noise() -> None:
-    found = with_noise(opened((0.5, 2.0, 3.0, 0.25)), 7.0, ())
+    found = with_noise(opened((0.5, 2.0, 3.0, 0.25)), 7.0)
     assert found.corners.middle.tolist() == [[[0.5, 0.0], [3.0, 0.0]]]
     assert found.noise is not None
     assert found.noise.middle.tolist() == [[[2.0], [0.25]]]

@@ -12,9 +12,9 @@ import scipy.linalg
 from proofmass import Graph, blocks
 from proofmass.runner.derivatives.ball import BITS
 from proofmass.runner.design.proof.ball_map import StartingLoop
-from proofmass.runner.design.proof.box_maps import BoxMaps, widths_of
+from proofmass.runner.design.proof.box_maps import BoxMaps
 from proofmass.runner.design.proof.claim import Claim
-from proofmass.runner.design.proof.closed_loop import Family, OpenCorners, closed_loops
+from proofmass.runner.design.proof.closed_loop import closed_loops
 from proofmass.runner.design.proof.look import BoxLook
 from proofmass.runner.design.proof.wire_factors import GAIN, PHASE, Factor
 from proofmass.runner.planning.plan import plan
@@ -65,10 +65,6 @@ def maps() -> BoxMaps:
 MAPS = maps()
 
 
-def closed(of: OpenCorners, factor: Factor, ends: tuple[float, float], box: Any) -> Family:
-    return closed_loops(factor, of, ends, widths_of((*box, ends)))
-
-
 def invariants(matrix: Any) -> Any:
     """The characteristic polynomial, whatever coordinates the states have."""
     return np.poly(matrix)
@@ -81,7 +77,7 @@ def test_what_lies_beyond_the_corners_is_bounded(factor: Factor, ends: tuple[flo
     frame = np.array([[1.0, 0.5, 0.0], [20.0, 200.0, 3.0], [100.0, 0.0, 4_000.0]])
     with flint.ctx.workprec(BITS):
         opened = MAPS.open(BOX)
-        family = closed(opened.framed(frame) if framed else opened, factor, ends, BOX)
+        family = closed_loops(factor, opened.framed(frame) if framed else opened, ends)
         bound = sum(family.shares.values(), 0.0 * family.centre) + 1e-9 * np.abs(family.corners.middle).max(axis=0)
         sides = (*BOX, ends)
         for _ in range(4):
@@ -89,9 +85,8 @@ def test_what_lies_beyond_the_corners_is_bounded(factor: Factor, ends: tuple[flo
             place = [low + part * (high - low) for part, (low, high) in zip(parts, sides, strict=True)]
             point = tuple((value, value) for value in place[:3])
             there = MAPS.open(point)
-            exact = closed(
-                there.framed(frame) if framed else there, factor, (place[3], place[3]), point
-            ).corners.middle[0]
+            there = there.framed(frame) if framed else there
+            exact = closed_loops(factor, there, (place[3], place[3])).corners.middle[0]
             corners = itertools.product(*((1.0 - part, part) for part in parts[: 3 + (ends[0] < ends[1])]))
             weights = np.array([np.prod(of) for of in corners])
             mixed = np.tensordot(weights, family.corners.middle, 1)
