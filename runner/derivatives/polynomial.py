@@ -9,6 +9,7 @@ many of them grow wide; a polynomial is off by the terms that are left out.
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from typing import Any
 
 import flint
@@ -30,8 +31,10 @@ def product(left: Terms, right: Terms) -> Terms:
     for one, u in left.items():
         for other, v in right.items():
             if len(one) + len(other) <= ORDER:
-                key, term = tuple(sorted(one + other)), u * v
+                key, term = _times(one, other), u * v
                 total[key] = total[key] + term if key in total else term
+    if max(map(len, left), default=0) + max(map(len, right), default=0) <= ORDER:
+        return total
     sizes, others = _sizes_by_order(left), _sizes_by_order(right)
     beyond = [sizes[i] * others[j] for i in sizes for j in others if i + j > ORDER]
     for size in beyond:
@@ -63,6 +66,18 @@ def size_of(term: Any) -> Any:
     return flint.arb_mat([[value.abs_upper() for value in row] for row in term.tolist()])
 
 
+@cache
+def _range_of(key: Key) -> Any:
+    """Return all that a product of coordinates may be."""
+    even = all(key.count(i) % 2 == 0 for i in key)
+    return flint.arb(1) if not key else flint.arb(0.5, 0.5) if even else flint.arb(0, 1)
+
+
+@cache
+def _times(one: Key, other: Key) -> Key:
+    return tuple(sorted(one + other))
+
+
 class PolynomialBall(Ball):
     """A number that follows coordinates.
 
@@ -88,8 +103,7 @@ class PolynomialBall(Ball):
         """All that it may be, as one of Arb's."""
         total = flint.arb(0)
         for key, term in self.terms.items():
-            even = all(key.count(i) % 2 == 0 for i in key)
-            total += term * (1 if not key else flint.arb(0.5, 0.5) if even else flint.arb(0, 1))
+            total += term * _range_of(key)
         if not total.is_finite():
             raise UndecidedError("a number without bounds")
         return total

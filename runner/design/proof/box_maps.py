@@ -10,7 +10,7 @@ import numpy as np
 from proofmass.runner.derivatives.polynomial import PolynomialBall, matrix_terms
 from proofmass.runner.design.proof.ball_map import Starting
 from proofmass.runner.design.proof.claim import Claim
-from proofmass.runner.design.proof.closed_loop import ClosedTicks, OpenCorners, at_corners, bends, parts_of
+from proofmass.runner.design.proof.closed_loop import ClosedTicks, OpenCorners, at_corners, bend, parts_of
 from proofmass.runner.design.proof.coordinates import Sides
 from proofmass.runner.design.proof.enclosed import Enclosed
 
@@ -63,12 +63,12 @@ class BoxMaps:
         stack = Enclosed.of_balls([corner.tolist() for corner in corners])
         return OpenCorners(order, values, stack, parts_of(whole), rest, tuple(chosen), len(sides), ticks)
 
-    def bends(self, sides: Sides) -> list[float]:
-        """Return how far the loop bends along each side of a box, by its middle; raises `UndecidedError`."""
-        middles = [middle_of(*side) for side in sides]
-        near = [(m + _NEAR * (low - m), m + _NEAR * (high - m)) for m, (low, high) in zip(middles, sides, strict=True)]
+    def bend(self, sides: Sides, place: int) -> float:
+        """Return how far the loop bends along a side of a box, by its middle; raises `UndecidedError`."""
+        near = [(middle, middle) for middle in (middle_of(*side) for side in sides)]
+        near[place] = tuple(near[place][0] + _NEAR * (end - near[place][0]) for end in sides[place])
         parameters = self._parameters([_polynomial(side, i, True) for i, side in enumerate(near)])
-        return bends(self._loop.map(parameters), len(sides))
+        return bend(self._loop.map(parameters), place)
 
 
 def _polynomial(side: tuple[float, float], number: int, at_ends: bool) -> PolynomialBall:
@@ -78,7 +78,7 @@ def _polynomial(side: tuple[float, float], number: int, at_ends: bool) -> Polyno
     """
     low, high = map(flint.arb, side)
     middle, half = ((low + high) / 2, (high - low) / 2) if at_ends else (middle_of(*side), _half(*side))
-    return PolynomialBall({(): flint.arb(middle), (number,): flint.arb(half)})
+    return PolynomialBall({(): flint.arb(middle)} | ({(number,): flint.arb(half)} if low < high else {}))
 
 
 def middle_of(low: float, high: float) -> float:

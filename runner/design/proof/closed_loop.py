@@ -194,10 +194,10 @@ def at_corners(terms: Terms, places: Sequence[int]) -> Iterator[Any]:
         yield from at_corners(added(even, {key: term * sign for key, term in odd.items()}), places[1:])
 
 
-def bends(of: BallMap, sides: int) -> list[float]:
-    """Return how far an open loop bends along each coordinate of a box."""
+def bend(of: BallMap, place: int) -> float:
+    """Return how far an open loop bends along a coordinate of a box."""
     terms = matrix_terms(of.rows)
-    return [float(np.sum(_sizes(terms[i, i]))) if (i, i) in terms else 0.0 for i in range(sides)]
+    return float(np.sum(_sizes(terms[place, place]))) if (place, place) in terms else 0.0
 
 
 def closed_loops(factor: Factor, of: OpenCorners, ends: tuple[float, float]) -> Family:
@@ -214,7 +214,7 @@ def closed_loops(factor: Factor, of: OpenCorners, ends: tuple[float, float]) -> 
         to = flint.arb_mat(np.kron(np.eye(factor.parts), of.frame).tolist())
         back = _inverse(to)
         terms = {key: back * term * to for key, term in terms.items()}
-    return Family(stacked, len(factors), shares_of(terms, {*of.interpolated, last, last + chord}, last), opened=of)
+    return Family(stacked, len(factors), shares_of(terms, {*of.interpolated, last, last + chord}, last), opened=of if of.ticks else None)
 
 
 def shares_of(terms: Terms, exact: set[int], last: int) -> dict[int, Array]:

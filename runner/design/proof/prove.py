@@ -321,16 +321,17 @@ def _why_open(claim: Claim, values: int) -> str:
 def _straight(loop: Starting, coordinates: Coordinates) -> Coordinates:
     """Return the coordinates of which each bends less, of a parameter and one divided by it."""
 
-    def bends(of: Coordinates) -> list[float]:
+    def bend(of: Coordinates, place: int) -> float:
         try:
-            return BoxMaps(loop, of.parameters).bends(of.box())
+            return BoxMaps(loop, of.parameters).bend(of.box(), place)
         except UndecidedError:
-            return [math.inf] * len(of.ranges)
+            return math.inf
 
     with flint.ctx.workprec(BITS):
-        for place, bend in enumerate(bends(coordinates)):
+        for place in range(len(coordinates.ranges)):
             turned = coordinates.turned(place)
-            if bend and bends(turned)[place] < bend:
+            own = bend(coordinates, place)
+            if own and bend(turned, place) < own:
                 coordinates = turned
     return coordinates
 

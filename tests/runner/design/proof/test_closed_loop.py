@@ -19,7 +19,7 @@ from proofmass.runner.derivatives.polynomial import PolynomialBall, Terms, matri
 from proofmass.runner.design.proof.ball_map import BallMap, Kept
 from proofmass.runner.design.proof.closed_loop import (
     at_corners,
-    bends,
+    bend,
     closed_terms,
     disk_terms,
     joined,
@@ -102,7 +102,7 @@ def test_matrices_of_matrices() -> None:
 
 def test_where_a_loop_bends() -> None:
     """In halves of 1/8 and 1/4: 1 u u, a half of it and none elsewhere; 3 v v and 1 v v."""
-    assert bends(whole_map(), 2) == pytest.approx([1.5 / 64, 4.0 / 16])
+    assert [bend(whole_map(), place) for place in (0, 1, 2)] == pytest.approx([1.5 / 64, 4.0 / 16, 0.0])
 
 
 def _joined(a: Any, b: Any, c: Any, d: Any) -> list[list[Any]]:
