@@ -8,7 +8,7 @@ many of them grow wide; a polynomial is off by the terms that are left out.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -230,6 +230,22 @@ def matrix_terms(rows: Sequence[Sequence[Any]]) -> Terms:
             if not term.is_zero():
                 entries.setdefault(key, [flint.arb(0)] * (height * width))[place] = term
     return {key: flint.arb_mat(height, width, values) for key, values in entries.items()}
+
+
+def at_corners(terms: Terms, places: Sequence[int]) -> Iterator[Any]:
+    """Yield the middles of a polynomial of matrices with some coordinates at their ends, the others in the middle.
+
+    The last of these coordinates is the fastest.
+    """
+    if not places:
+        yield terms[()].mid()
+        return
+    even, odd = dict[Key, Any](), dict[Key, Any]()
+    for key, term in terms.items():
+        part, others = (odd, even)[key.count(places[0]) % 2 == 0], tuple(i for i in key if i != places[0])
+        part[others] = part[others] + term.mid() if others in part else term.mid()
+    for sign in (-1, 1):
+        yield from at_corners(added(even, {key: term * sign for key, term in odd.items()}), places[1:])
 
 
 def polynomial_exponential(rows: Sequence[Sequence[Any]], period: float) -> list[list[Any]]:

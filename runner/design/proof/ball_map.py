@@ -123,15 +123,15 @@ class Starting:
     values: int  # of a wire in it
     in_ticks: bool = False  # whether its ticks are known one by one
 
-    def map(self, parameters: Mapping[str, Any]) -> BallMap:
-        """Return the map for parameters that hold polynomials.
+    def map(self, parameters: Mapping[str, Any], kept: Kept | None = None) -> BallMap:
+        """Return the map for parameters that hold polynomials, of what is `kept`.
 
         Raises `UndecidedError` where a block decides differently within the box.
         """
         rest = self._run.rest(parameters)
         rows, order = self._run.rows(parameters, rest)
         rows = self._seen(rows, order)
-        kept = replace(self._kept(rows, order), rest=rest)
+        kept = replace(self._kept(rows, order), rest=rest) if kept is None else kept
         down, across = ([*kept.states, *(order + end for end in ends)] for ends in (kept.outputs, kept.inputs))
         return BallMap(len(kept.states), [[rows[i][j] for j in across] for i in down], kept)
 

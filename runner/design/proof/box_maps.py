@@ -7,10 +7,11 @@ from typing import Any
 import flint
 import numpy as np
 
-from proofmass.runner.derivatives.polynomial import PolynomialBall, matrix_terms
+from proofmass.runner.derivatives.ball import ball
+from proofmass.runner.derivatives.polynomial import PolynomialBall, at_corners, matrix_terms
 from proofmass.runner.design.proof.ball_map import Starting
 from proofmass.runner.design.proof.claim import Claim
-from proofmass.runner.design.proof.closed_loop import ClosedTicks, OpenCorners, at_corners, bend, parts_of
+from proofmass.runner.design.proof.closed_loop import ClosedTicks, MapTerms, OpenCorners, bend, parts_of
 from proofmass.runner.design.proof.coordinates import Sides
 from proofmass.runner.design.proof.enclosed import Enclosed
 
@@ -54,14 +55,20 @@ class BoxMaps:
 
     def _over(self, sides: Sides) -> OpenCorners:
         chosen = [i for i, (low, high) in enumerate(sides) if low < high][:MOST_CORNERS]
-        parameters = self._parameters([_polynomial(side, i, i in chosen) for i, side in enumerate(sides)])
-        whole = self._loop.map(parameters)
-        ticks = ClosedTicks(self._loop.ticks(parameters, whole.kept)) if self._loop.in_ticks else None
-        order, values, rest = whole.order, len(whole.rows) - whole.order, whole.kept.rest
-        size = len(whole.rows), len(whole.rows[0])
-        corners = at_corners({(): flint.arb_mat(*size)} | matrix_terms(whole.rows), chosen)
-        stack = Enclosed.of_balls([corner.tolist() for corner in corners])
-        return OpenCorners(order, values, stack, parts_of(whole), rest, tuple(chosen), len(sides), ticks)
+        loop, parameters = self._loop, self._parameters([_polynomial(s, i, i in chosen) for i, s in enumerate(sides)])
+        whole = loop.map(self._parameters([ball(*side) for side in sides]) if loop.in_ticks else parameters)
+        order, kept, size = whole.order, whole.kept, (len(whole.rows), len(whole.rows[0]))
+        ticks = ClosedTicks(loop.ticks(parameters, kept)) if loop.in_ticks else None
+        if ticks is None:
+            corners = at_corners({(): flint.arb_mat(*size)} | matrix_terms(whole.rows), chosen)
+            stack = Enclosed.of_balls([corner.tolist() for corner in corners])
+        else:
+            stack = ticks.of.opened(chosen, kept.inputs)
+
+        def around() -> MapTerms:
+            return parts_of(loop.map(parameters, kept) if loop.in_ticks else whole)
+
+        return OpenCorners(order, size[0] - order, stack, around, kept.rest, tuple(chosen), len(sides), ticks)
 
     def bend(self, sides: Sides, place: int) -> float:
         """Return how far the loop bends along a side of a box, by its middle; raises `UndecidedError`."""

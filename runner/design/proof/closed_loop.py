@@ -24,8 +24,9 @@ chapter 21). A response is at most x at all frequencies, |C (z - A)^-1 B + D| <=
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import flint
@@ -81,12 +82,17 @@ class OpenCorners:
     order: int
     values: int  # of the wire in a period
     corners: Enclosed  # a matrix for each corner
-    terms: MapTerms  # in all of the box
+    around: Callable[[], MapTerms] | None  # in all of the box
     rest: RestPoint | None  # where the sensors of the box rest, None at the start of a run
     interpolated: tuple[int, ...]  # coordinates that are at both ends among the corners; the others are in the middle
     sides: int  # coordinates of the box, without the factor's
     ticks: "ClosedTicks | None" = None  # the ticks of a loop, where they are known one by one
     frame: Array | None = None  # S: the states are S times these
+
+    @cached_property
+    def terms(self) -> MapTerms:
+        """A, B, C and D in all of the box."""
+        return self.around() if self.around else ({}, {}, {}, {})
 
     def shares(self, terms: Terms) -> dict[int, Array]:
         """Return what each coordinate adds beyond the corners, of a matrix of the box."""
@@ -104,7 +110,7 @@ class OpenCorners:
     @property
     def proving(self) -> "OpenCorners":
         """The loop with what proves alone: no more has to travel and to be kept."""
-        return replace(self, terms=({}, {}, {}, {}), ticks=None, rest=None if self.rest is None else replace(self.rest))
+        return replace(self, around=None, ticks=None, rest=None if self.rest is None else replace(self.rest))
 
 
 @dataclass(frozen=True)
@@ -178,22 +184,6 @@ def parts_of(of: BallMap) -> MapTerms:
     return a, b, c, d
 
 
-def at_corners(terms: Terms, places: Sequence[int]) -> Iterator[Any]:
-    """Yield the middles of a polynomial of matrices with some coordinates at their ends, the others in the middle.
-
-    The last of these coordinates is the fastest.
-    """
-    if not places:
-        yield terms[()].mid()
-        return
-    even, odd = dict[Key, Any](), dict[Key, Any]()
-    for key, term in terms.items():
-        part, others = (odd, even)[key.count(places[0]) % 2 == 0], tuple(i for i in key if i != places[0])
-        part[others] = part[others] + term.mid() if others in part else term.mid()
-    for sign in (-1, 1):
-        yield from at_corners(added(even, {key: term * sign for key, term in odd.items()}), places[1:])
-
-
 def bend(of: BallMap, place: int) -> float:
     """Return how far an open loop bends along a coordinate of a box."""
     terms = matrix_terms(of.rows)
@@ -214,7 +204,12 @@ def closed_loops(factor: Factor, of: OpenCorners, ends: tuple[float, float]) -> 
         to = flint.arb_mat(np.kron(np.eye(factor.parts), of.frame).tolist())
         back = _inverse(to)
         terms = {key: back * term * to for key, term in terms.items()}
-    return Family(stacked, len(factors), shares_of(terms, {*of.interpolated, last, last + chord}, last), opened=of if of.ticks else None)
+    return Family(
+        stacked,
+        len(factors),
+        shares_of(terms, {*of.interpolated, last, last + chord}, last),
+        opened=of if of.ticks else None,
+    )
 
 
 def shares_of(terms: Terms, exact: set[int], last: int) -> dict[int, Array]:

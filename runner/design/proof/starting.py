@@ -160,7 +160,7 @@ class RestingOutput(Starting):
         self._period_run = None if rest.is_exact else BallRun(plan, ends, rest.map_between(ends), rest)
         self.period, self.values = rest.period, 1
 
-    def map(self, parameters: Mapping[str, Any]) -> BallMap:
+    def map(self, parameters: Mapping[str, Any], kept: Kept | None = None) -> BallMap:
         """Return the map for parameters that hold polynomials.
 
         Raises `UndecidedError` where no point of rest is enclosed, or a block decides differently within the box.

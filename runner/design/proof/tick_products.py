@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import flint
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.rings import Entry, Rings
@@ -18,9 +19,10 @@ from proofmass.runner.analysis.linearisation.tick_maps import between
 from proofmass.runner.derivatives.ball import UndecidedError
 from proofmass.runner.derivatives.dual import SIGNALS, dual
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
-from proofmass.runner.derivatives.polynomial import Terms, added, matrix_terms, product, repeated
+from proofmass.runner.derivatives.polynomial import Terms, added, at_corners, matrix_terms, product, repeated
 from proofmass.runner.derivatives.stepped_ticks import SteppedTicks
 from proofmass.runner.design.proof.ball_ticks import BallTicks, advanced
+from proofmass.runner.design.proof.enclosed import Enclosed
 from proofmass.runner.plan.memory import Memory
 
 _TickRows = dict[tuple[LastingPlace | None, LastingPlace | None], Any]  # by what follows and from what; None: the wire
@@ -28,6 +30,11 @@ _TickRows = dict[tuple[LastingPlace | None, LastingPlace | None], Any]  # by wha
 
 class SteppedBallTicks(BallTicks, SteppedTicks):
     """Ticks of balls, each with directions of its own."""
+
+    @property
+    def valued(self) -> list[int]:
+        """The ticks in which the wire had a value."""
+        return [tick for tick, had in enumerate(self._valued) if had]
 
     def rows(self) -> list[_TickRows]:
         """Return the slopes of each tick."""
@@ -46,6 +53,23 @@ class TickProducts:
     size: int  # numbers that last
     starts: Sequence[int]  # places of the states before the period
     ends: Sequence[int]  # and after it
+    valued: Sequence[int]  # ticks in which the wire has a value
+
+    def opened(self, places: Sequence[int], values: Sequence[int]) -> Enclosed:
+        """Return [A B; C D] of the open loop at the corners of some coordinates, for some of the wire's values."""
+        n, valued = self.size, {self.valued[value] for value in values}
+        kinds = [[_at_corners(*part, places) for part in zip(tick, _sizes(n), strict=True)] for tick in self.kinds]
+        begin = np.eye(n)[:, self.starts]
+        here = Enclosed.exact(np.broadcast_to(begin, (1 << len(places), *begin.shape)))
+        rows = list[Enclosed]()
+        for tick, kind in enumerate(self.order):
+            a, b, c = kinds[kind]
+            rows += [c @ here] * (tick in valued)
+            here = Enclosed.joined([[a @ here, b]]) if tick in valued else a @ here
+        width = here.middle.shape[-1]
+        later = (Enclosed.exact(np.zeros((1 << len(places), 1, width - row.middle.shape[-1]))) for row in rows)
+        below = [[Enclosed.joined([[row, rest]])] for row, rest in zip(rows, later, strict=True)]
+        return Enclosed.joined([[here[self.ends, slice(None)]], *below])
 
     def closed(self, factor: Terms, parts: int) -> Terms:
         """Return the map of the states over a period, closed with a factor of so many parts."""
@@ -55,6 +79,16 @@ class TickProducts:
         )
         whole = _joined(ticks, tuple(self.order), {})
         return {key: _taken(term, rows, columns) for key, term in whole.items()}
+
+
+def _sizes(n: int) -> Sequence[tuple[int, int]]:
+    """Return how many rows and columns A, B and C of a tick have."""
+    return (n, n), (n, 1), (1, n)
+
+
+def _at_corners(terms: Terms, size: tuple[int, int], places: Sequence[int]) -> Enclosed:
+    whole = {(): flint.arb_mat(*size)} | terms
+    return Enclosed.of_balls([corner.tolist() for corner in at_corners(whole, places)])
 
 
 def _closed(tick: tuple[Terms, Terms, Terms], factor: Terms, parts: int) -> Terms:
@@ -110,7 +144,7 @@ def tick_products(
         order.append(kinds[name][0])
     where = {place: i for i, place in enumerate(keys)}
     starts, ends = ([where[of[entry]] for entry in states] for of in (begin, end))
-    return TickProducts([of for _, of in kinds.values()], order, len(kept), starts, ends)
+    return TickProducts([of for _, of in kinds.values()], order, len(kept), starts, ends, engine.valued)
 
 
 def _parts(rows: Sequence[Sequence[Any]]) -> tuple[Terms, Terms, Terms]:

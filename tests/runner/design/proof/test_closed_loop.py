@@ -15,10 +15,9 @@ import numpy as np
 import pytest
 
 from proofmass.runner.derivatives.ball import BITS
-from proofmass.runner.derivatives.polynomial import PolynomialBall, Terms, matrix_terms
+from proofmass.runner.derivatives.polynomial import PolynomialBall, Terms, at_corners, matrix_terms
 from proofmass.runner.design.proof.ball_map import BallMap, Kept
 from proofmass.runner.design.proof.closed_loop import (
-    at_corners,
     bend,
     closed_terms,
     disk_terms,

@@ -84,7 +84,7 @@ def test_a_norm_of_the_whole_serves_or_is_improved() -> None:
 def opened(*corners: tuple[float, float, float, float]) -> OpenCorners:
     """x' = a x + b w, y = c x + d w."""
     middle = np.array([[[a, b], [c, d]] for a, b, c, d in corners])
-    return OpenCorners(1, 1, Enclosed(middle, np.zeros_like(middle)), ({}, {}, {}, {}), None, (), 0)
+    return OpenCorners(1, 1, Enclosed(middle, np.zeros_like(middle)), None, None, (), 0)
 
 
 RMS = math.sqrt(4.0 * 9.0 / 0.75 + 0.25)  # of a = 0.5, b = 2, c = 3 and d = 0.5

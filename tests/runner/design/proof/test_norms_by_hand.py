@@ -121,7 +121,7 @@ def opened(a: Any, b: Any, c: Any, d: Any) -> OpenCorners:
     """One corner, which nothing moves."""
     matrix = np.block([[np.array(a), np.array(b)], [np.array(c), np.array(d)]])
     terms = tuple({(): flint.arb_mat(np.array(part).tolist())} if np.any(part) else {} for part in (a, b, c, d))
-    return OpenCorners(len(a), len(d), exact(matrix), terms, None, (), 0)  # type: ignore[arg-type]
+    return OpenCorners(len(a), len(d), exact(matrix), lambda: terms, None, (), 0)  # type: ignore[arg-type]
 
 
 TWO = opened([[0.5]], [[2.0, 3.0]], [[5.0], [7.0]], [[0.0, 0.0], [11.0, 0.0]])
