@@ -8,7 +8,7 @@ import flint
 import numpy as np
 
 from proofmass.runner.derivatives.ball import ball
-from proofmass.runner.derivatives.polynomial import PolynomialBall, at_corners, matrix_terms
+from proofmass.runner.derivatives.polynomial import PolynomialBall, matrix_terms
 from proofmass.runner.design.proof.ball_map import Starting
 from proofmass.runner.design.proof.claim import Claim
 from proofmass.runner.design.proof.closed_loop import ClosedTicks, MapTerms, OpenCorners, bend, parts_of
@@ -60,8 +60,7 @@ class BoxMaps:
         order, kept, size = whole.order, whole.kept, (len(whole.rows), len(whole.rows[0]))
         ticks = ClosedTicks(loop.ticks(parameters, kept)) if loop.in_ticks else None
         if ticks is None:
-            corners = at_corners({(): flint.arb_mat(*size)} | matrix_terms(whole.rows), chosen)
-            stack = Enclosed.of_balls([corner.tolist() for corner in corners])
+            stack = Enclosed.at_corners(matrix_terms(whole.rows), size, chosen)
         else:
             stack = ticks.of.opened(chosen, kept.inputs)
 
@@ -73,7 +72,8 @@ class BoxMaps:
     def bend(self, sides: Sides, place: int) -> float:
         """Return how far the loop bends along a side of a box, by its middle; raises `UndecidedError`."""
         near = [(middle, middle) for middle in (middle_of(*side) for side in sides)]
-        near[place] = tuple(near[place][0] + _NEAR * (end - near[place][0]) for end in sides[place])
+        (low, high), (middle, _) = sides[place], near[place]
+        near[place] = middle + _NEAR * (low - middle), middle + _NEAR * (high - middle)
         parameters = self._parameters([_polynomial(side, i, True) for i, side in enumerate(near)])
         return bend(self._loop.map(parameters), place)
 

@@ -110,7 +110,8 @@ class OpenCorners:
     @property
     def proving(self) -> "OpenCorners":
         """The loop with what proves alone: no more has to travel and to be kept."""
-        return replace(self, around=None, ticks=None, rest=None if self.rest is None else replace(self.rest))
+        rest = None if self.rest is None else replace(self.rest, curve=self.rest.centre.tolist())
+        return replace(self, around=None, ticks=None, rest=rest)
 
 
 @dataclass(frozen=True)
@@ -204,12 +205,8 @@ def closed_loops(factor: Factor, of: OpenCorners, ends: tuple[float, float]) -> 
         to = flint.arb_mat(np.kron(np.eye(factor.parts), of.frame).tolist())
         back = _inverse(to)
         terms = {key: back * term * to for key, term in terms.items()}
-    return Family(
-        stacked,
-        len(factors),
-        shares_of(terms, {*of.interpolated, last, last + chord}, last),
-        opened=of if of.ticks else None,
-    )
+    shares = shares_of(terms, {*of.interpolated, last, last + chord}, last)
+    return Family(stacked, len(factors), shares, opened=of if of.ticks else None)
 
 
 def shares_of(terms: Terms, exact: set[int], last: int) -> dict[int, Array]:

@@ -20,6 +20,7 @@ import flint
 import numpy as np
 
 from proofmass.runner.derivatives.ball import Ball, UndecidedError, arb_of
+from proofmass.runner.derivatives.polynomial import Terms, at_corners
 from proofmass.runner.host.arrays import Array
 
 UNIT = 2.0**-53  # largest relative rounding error of a double
@@ -46,6 +47,12 @@ class Enclosed:
         if not np.isfinite(apart).all():
             raise UndecidedError("a number without bounds")
         return cls(middle, np.array(apart) * UP)
+
+    @classmethod
+    def at_corners(cls, terms: Terms, size: tuple[int, int], places: Sequence[int]) -> "Enclosed":
+        """Return a polynomial of matrices of some size at the corners of some coordinates."""
+        whole = {(): flint.arb_mat(*size), **terms}
+        return cls.of_balls([corner.tolist() for corner in at_corners(whole, places)])
 
     @classmethod
     def exact(cls, middle: Array) -> "Enclosed":
@@ -124,7 +131,7 @@ def _numbers(array: Any) -> Array:
 class RestPoint:
     """Points of rest of the sensors of a box: within `reach` of a curve, as `left`, `step` and `matrix` show."""
 
-    curve: Sequence[Any]  # c, of balls and polynomials
+    curve: Sequence[Any]  # c, of polynomials, balls or numbers
     reach: Array  # r
     left: Array  # R
     step: Enclosed  # F(c, q) - c, a column
@@ -137,7 +144,7 @@ class RestPoint:
 
     @property
     def centre(self) -> Array:
-        """The curve in the middle of the box."""
+        """The middle of all that the curve passes."""
         return np.array([float(arb_of(c).mid()) for c in self.curve])
 
     def as_data(self) -> dict[str, Any]:

@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import flint
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.rings import Entry, Rings
@@ -19,7 +18,7 @@ from proofmass.runner.analysis.linearisation.tick_maps import between
 from proofmass.runner.derivatives.ball import UndecidedError
 from proofmass.runner.derivatives.dual import SIGNALS, dual
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
-from proofmass.runner.derivatives.polynomial import Terms, added, at_corners, matrix_terms, product, repeated
+from proofmass.runner.derivatives.polynomial import Terms, added, matrix_terms, product, repeated
 from proofmass.runner.derivatives.stepped_ticks import SteppedTicks
 from proofmass.runner.design.proof.ball_ticks import BallTicks, advanced
 from proofmass.runner.design.proof.enclosed import Enclosed
@@ -58,7 +57,8 @@ class TickProducts:
     def opened(self, places: Sequence[int], values: Sequence[int]) -> Enclosed:
         """Return [A B; C D] of the open loop at the corners of some coordinates, for some of the wire's values."""
         n, valued = self.size, {self.valued[value] for value in values}
-        kinds = [[_at_corners(*part, places) for part in zip(tick, _sizes(n), strict=True)] for tick in self.kinds]
+        sizes = (n, n), (n, 1), (1, n)
+        kinds = [[Enclosed.at_corners(*part, places) for part in zip(tick, sizes, strict=True)] for tick in self.kinds]
         begin = np.eye(n)[:, self.starts]
         here = Enclosed.exact(np.broadcast_to(begin, (1 << len(places), *begin.shape)))
         rows = list[Enclosed]()
@@ -79,16 +79,6 @@ class TickProducts:
         )
         whole = _joined(ticks, tuple(self.order), {})
         return {key: _taken(term, rows, columns) for key, term in whole.items()}
-
-
-def _sizes(n: int) -> Sequence[tuple[int, int]]:
-    """Return how many rows and columns A, B and C of a tick have."""
-    return (n, n), (n, 1), (1, n)
-
-
-def _at_corners(terms: Terms, size: tuple[int, int], places: Sequence[int]) -> Enclosed:
-    whole = {(): flint.arb_mat(*size)} | terms
-    return Enclosed.of_balls([corner.tolist() for corner in at_corners(whole, places)])
 
 
 def _closed(tick: tuple[Terms, Terms, Terms], factor: Terms, parts: int) -> Terms:
