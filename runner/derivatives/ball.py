@@ -28,7 +28,7 @@ class UndecidedError(ArithmeticError):
 
 def _operated(operation: Callable[[Any, Any], Any]) -> Callable[["Ball", Any], Any]:
     def operated(self: "Ball", other: Any) -> Any:
-        if not isinstance(other, int | float | Ball):
+        if not _is_number(other):
             return NotImplemented
         value = operation(self.arb, arb_of(other))
         if not value.is_finite():
@@ -92,13 +92,13 @@ class Ball:
         return Ball(abs(self.arb))
 
     def __floordiv__(self, other: Any) -> int:
-        return whole((self / other).arb.floor())
+        return whole((self / other).arb.floor()) if _is_number(other) else NotImplemented
 
     def __rfloordiv__(self, other: Any) -> int:
         return whole((other / self).arb.floor())
 
     def __mod__(self, other: Any) -> Any:
-        return self - other * (self // other)
+        return self - other * (self // other) if _is_number(other) else NotImplemented
 
     def __floor__(self) -> int:
         return whole(self.arb.floor())
@@ -123,6 +123,8 @@ class Ball:
         return self != 0
 
     def __eq__(self, other: object) -> bool:
+        if not _is_number(other):  # a dual number has the answer
+            return NotImplemented
         b = arb_of(other)
         if self.arb.is_exact() and b.is_exact():
             return bool(self.arb == b)
@@ -132,10 +134,14 @@ class Ball:
         return not self == other
 
     def __lt__(self, other: Any) -> bool:
+        if not _is_number(other):
+            return NotImplemented
         b = arb_of(other)
         return _decided(bool(self.arb < b), bool(self.arb >= b))
 
     def __le__(self, other: Any) -> bool:
+        if not _is_number(other):
+            return NotImplemented
         b = arb_of(other)
         return _decided(bool(self.arb <= b), bool(self.arb > b))
 
@@ -149,6 +155,10 @@ class Ball:
 def ball(low: float, high: float) -> Ball:
     """Return the ball of an interval: the least that holds both ends."""
     return Ball(flint.arb(low).union(flint.arb(high)))
+
+
+def _is_number(of: object) -> bool:
+    return isinstance(of, int | float | Ball)
 
 
 def arb_of(number: Any) -> Any:

@@ -144,7 +144,9 @@ class PolynomialBall(Ball):
     __rmul__ = __mul__
 
     def __truediv__(self, other: Any) -> Any:
-        return self * (1 / other if isinstance(other, PolynomialBall) else Ball(1 / arb_of(other)))
+        if isinstance(other, PolynomialBall):
+            return self * (1 / other)
+        return NotImplemented if _terms_of(other) is None else self * Ball(1 / arb_of(other))
 
     def __rtruediv__(self, other: Any) -> Any:
         """Return a number divided by this one, by the geometric series."""

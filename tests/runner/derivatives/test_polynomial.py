@@ -12,6 +12,7 @@ import pytest
 import scipy.linalg
 
 from proofmass.runner.derivatives.ball import Ball, UndecidedError, ball
+from proofmass.runner.derivatives.dual import SIGNALS, dual, slopes_of
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.derivatives.dual_plan import dual_hold
 from proofmass.runner.derivatives.polynomial import PolynomialBall, product
@@ -48,6 +49,29 @@ def test_arithmetic_holds_the_exact_value(function: Callable[[Any, Any], Any]) -
     for d in places(1):
         exact = function(Fraction(5, 4) + d[0] / 4, Fraction(-5, 2) + d[1] / 2)
         assert at(found, d).contains(flint.arb(exact.numerator) / exact.denominator)
+
+
+@pytest.mark.defect("C854", before="TypeError, which left claims about loops open", after="the quotient, with its slope")
+@pytest.mark.parametrize("number", [X, ball(1.0, 1.5)], ids=["polynomial", "ball"])
+def test_a_dual_number_has_the_answer_to_its_left(number: Any) -> None:
+    """A parameter over a signal, or beside one, follows the signal: d(x / s) = -x / s^2."""
+    signal = dual(4.0, {"signal": 1.0}, SIGNALS)
+    slopes = {
+        "+": (number + signal, (1.0, 1.0)), "-": (number - signal, (-1.0, -1.0)), "*": (number * signal, (1.0, 1.5)),
+        "/": (number / signal, (-1.5 / 16, -1.0 / 16)), "//": (number // signal, (-1.5 / 16, -1.0 / 16)),
+        "%": (number % signal, (0.0, 0.0)),
+    }  # fmt: skip
+    for sign, (found, ends) in slopes.items():
+        assert plain_ends(slopes_of(found, SIGNALS).get("signal", 0.0)) == pytest.approx(ends), sign
+    assert number < signal
+    assert number <= signal
+    assert signal > number
+    assert number != signal
+    assert not number >= signal
+
+
+def plain_ends(number: Any) -> tuple[float, float]:
+    return number.ends() if isinstance(number, Ball) else (number, number)
 
 
 def test_what_cancels_is_nothing() -> None:
