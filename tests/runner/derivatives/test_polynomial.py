@@ -51,7 +51,7 @@ def test_arithmetic_holds_the_exact_value(function: Callable[[Any, Any], Any]) -
         assert at(found, d).contains(flint.arb(exact.numerator) / exact.denominator)
 
 
-@pytest.mark.defect("C854", before="TypeError, which left claims about loops open", after="the quotient, with its slope")
+@pytest.mark.defect("C854", before="TypeError, which left claims about loops open", after="a quotient with its slope")
 @pytest.mark.parametrize("number", [X, ball(1.0, 1.5)], ids=["polynomial", "ball"])
 def test_a_dual_number_has_the_answer_to_its_left(number: Any) -> None:
     """A parameter over a signal, or beside one, follows the signal: d(x / s) = -x / s^2."""
