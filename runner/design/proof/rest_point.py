@@ -212,6 +212,9 @@ class RestRun:
         plan = with_balls(self._plan, parameters)
         if not self._comes_round(plan):
             raise UndecidedError("a source changes with time for some parameters")
+        if not self.directions:
+            empty = Enclosed.exact(np.zeros((0, 0)))
+            return RestPoint([], np.zeros(0), empty.middle[0], empty, empty)
         middles = {name: PolynomialBall({(): arb_of(value).mid()}) for name, value in parameters.items()}
         centre, left = self._in_the_middle(with_balls(self._plan, middles))
         curve = balls_of(centre)
@@ -227,7 +230,7 @@ class RestRun:
         """Return about where a sensor rests, by Newton's method, and R."""
         centre = np.array(self._start)
         sizes, before, left = np.abs(centre), np.full(len(centre), math.inf), np.eye(len(centre))
-        for _ in range(_NEWTON if len(centre) else 0):
+        for _ in range(_NEWTON):
             image, _ = self.image(plan, balls_of(centre))
             left = near_inverse(self._matrix(image))
             by = left @ np.array([float(arb_of(plain(x)).mid()) for x in image] - centre)
@@ -262,20 +265,18 @@ class RestRun:
     def _around(self, plan: Plan, curve: Sequence[Any], left: Array) -> RestPoint:
         image, _ = self.image(plan, curve)
         apart = [[plain(x) - c] for x, c in zip(image, curve, strict=True)]
-        step, reach = Enclosed.of_balls([apart]), np.zeros(len(curve))
-        point = RestPoint(curve, reach, left, step, step)
-        for _ in range(_WIDENED if len(curve) else 0):
+        step = Enclosed.of_balls([apart])
+        point = RestPoint(curve, np.zeros(len(curve)), left, step, step)
+        for _ in range(_WIDENED):
             image, _ = self.image(plan, point.values)
             point = replace(point, matrix=Enclosed.of_balls([self._matrix(image)]))
-            needs = point.needed()
-            if bool((needs * _SPARE < reach).all()):
+            if _fits(point):
                 return point
-            reach = np.maximum(_ROOM * needs, reach) + _CLOSE * np.abs(point.centre) + _LEAST
-            if not bool((reach <= _FARTHEST).all()):
+            for _ in range(_WIDENED):  # with these slopes
+                if not _fits(point):
+                    point = _wider(point)
+            if not bool((point.reach <= _FARTHEST).all()):
                 break
-            point = replace(point, reach=reach)
-        if not len(curve):
-            return replace(point, step=Enclosed.exact(np.zeros((0, 0))), matrix=Enclosed.exact(np.zeros((0, 0))))
         raise UndecidedError("no point of rest is enclosed: something on the way does not settle, or bends too much")
 
     def _matrix(self, image: Sequence[Any]) -> list[list[Any]]:
@@ -323,6 +324,15 @@ class RestRun:
         own = object.__new__(cls)
         vars(own).update(vars(other) | {"_plan": plan})
         return own
+
+
+def _fits(point: RestPoint) -> bool:
+    return bool((point.needed() * _SPARE < point.reach).all())
+
+
+def _wider(point: RestPoint) -> RestPoint:
+    reach = np.maximum(_ROOM * point.needed(), point.reach)
+    return replace(point, reach=reach + _CLOSE * np.abs(point.centre) + _LEAST)
 
 
 def not_at_rest(what: str, signal: str) -> Problem:
