@@ -12,7 +12,8 @@ from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.margins.margins import margins_of
-from proofmass.runner.derivatives.ball import BITS, ball
+from proofmass.runner.derivatives.ball import BITS, Ball, ball
+from proofmass.runner.derivatives.polynomial import PolynomialBall
 from proofmass.runner.design.proof.attempt import known_proofs
 from proofmass.runner.design.proof.prove import Proofs, prove
 from proofmass.runner.design.proof.rest_point import RestRun
@@ -88,6 +89,30 @@ def test_the_orbit_is_enclosed_and_a_run_comes_to_it() -> None:
         assert sorted(last) == pytest.approx(sorted(orbit * 2), rel=1e-9)
         for number, (low, high) in enumerate(there):
             assert low < orbit[(rest.tick + number) % 2] < high
+
+
+def test_an_orbit_lies_within_the_reach_of_its_curve() -> None:
+    """At random places of the box; what is left out is a part of 1e-4 of how far the orbit moves."""
+    rest, draw = RestRun(plan(LOOP), [("plant", "output")], Course(plan(LOOP))), random.Random(3)
+    with flint.ctx.workprec(BITS):
+        sides = {
+            "level.value": PolynomialBall.coordinate(0.95, 1.05, 0),
+            "gain.gain": PolynomialBall.coordinate(95.0, 105.0, 1),
+        }
+        found = rest.enclosed(sides)
+        for parts in [
+            (1, 1),
+            (-1, 1),
+            (1, -1),
+            (-1, -1),
+            *((draw.uniform(-1, 1), draw.uniform(-1, 1)) for _ in range(20)),
+        ]:
+            orbit = demodulated_orbit(1.0 + 0.05 * parts[0], 100.0 + 5.0 * parts[1])
+            for number, value in enumerate(found.values):
+                terms = (term * math.prod(parts[i] for i in key) for key, term in value.terms.items())
+                low, high = Ball(sum(terms, flint.arb(0))).ends()
+                assert low < orbit[(rest.tick + number) % 2] < high
+                assert high - low < 1e-5
 
 
 @pytest.mark.parametrize("off", chosen([0.01], [-0.01]))
