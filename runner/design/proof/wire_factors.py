@@ -14,7 +14,7 @@ _WIDEST = 1.45  # half an arc, below a quarter of a turn: the tangents at its en
 
 @dataclass(frozen=True)
 class Factor:
-    """Factors at the wire of a loop, by one coordinate: the matrix, Arb's, with its first and second derivative."""
+    """Factors at the wire of a loop, by one coordinate: the matrix, Arb's, with its derivative."""
 
     name: str
     parts: int  # 2 where they are complex
@@ -60,7 +60,6 @@ def _of_phase(p: Any) -> Sequence[Sequence[Sequence[Any]]]:
     return (
         ((cosine, -sine), (sine, cosine)),
         ((-sine, -cosine), (cosine, -sine)),
-        ((-cosine, sine), (-sine, -cosine)),
     )
 
 
