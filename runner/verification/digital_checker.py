@@ -2,9 +2,10 @@
 
     r' = A r + B w + c,   y = C r + D w + d,   low <= w <= high
 
-A certificate has the registers r at the start and this map of them over a period, in rational numbers. It has the ends
-of what enters as w: inputs, and an error wherever bits are dropped. Numbers y have ranges, under which the map is that
-of the blocks. That all of this is that of the graph is taken for granted. In whole numbers of 2^-300 it verifies:
+A certificate has the registers r at the start and this map of them over a period, in rational
+numbers. It has the ends of what enters as w: inputs, and an error wherever bits are dropped.
+Numbers y have ranges, under which the map is that of the blocks. That all of this is that of the
+graph is taken for granted. In whole numbers of 2^-300 it verifies:
 
 1. that each y, which is a whole number, keeps its range as long as the map holds: then all of them do in every period,
    by induction, and nothing overflows;

@@ -1,7 +1,7 @@
 """Golden results: the measures and margins of a graph as they were, in a file beside it, with tolerances.
 
-The file is JSON: a `tolerance` for all, and for each quantity its value, unit, and, where a person has added them,
-`absolute` and `relative` of its own.
+The file is JSON: a `tolerance` for all, and for each quantity its value, unit, and, where a person
+has added them, `absolute` and `relative` of its own.
 """
 
 import json

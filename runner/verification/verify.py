@@ -188,8 +188,8 @@ class Measurements:
 def verify(measurements: Measurements) -> list[Finding]:
     """Return a finding for each requirement of a graph, and for each margin its loops must have.
 
-    One whose quantity cannot be had, or whose run fails, has no value and a reason; the others are verified all the
-    same. Raises `ModelError` for a graph that cannot run.
+    One whose quantity cannot be had, or whose run fails, has no value and a reason; the others are
+    verified all the same. Raises `ModelError` for a graph that cannot run.
     """
     flat = measurements.flat
     return [finding_of(measurements, *named) for named in every_requirement(measurements.graph, flat)]

@@ -4,9 +4,10 @@ With the map [A B; C D] of a period, from a constant input to the mean of the ou
 
     G = D + C (I - A)^-1 B,   det [I - A, -B; -C, g - D] = det(I - A) (g - G)
 
-Where all poles lie in the circle det(I - A) is positive, so that g - G has the sign of the determinant of this bordered
-matrix M. It is regular where the poles of I - R M lie in the circle too, for any R: then it has the sign of det R. R is
-near the inverse in the middle of the box. So A and I - R M, side by side, are one matrix whose poles all lie in a disc.
+Where all poles lie in the circle det(I - A) is positive, so that g - G has the sign of the
+determinant of this bordered matrix M. It is regular where the poles of I - R M lie in the circle
+too, for any R: then it has the sign of det R. R is near the inverse in the middle of the box. So A
+and I - R M, side by side, are one matrix whose poles all lie in a disc.
 """
 
 from typing import Any

@@ -214,8 +214,8 @@ class Attempt:
     def bounded(self, claim: Claim, until: float) -> MarginProof:
         """Return the proof of the limit of a quantity that lies nearest beyond the worst value that is found.
 
-        The room between both is widened until there is a proof, then narrowed until there is none. Each attempt has
-        half of the time that is left.
+        The room between both is widened until there is a proof, then narrowed until there is none.
+        Each attempt has half of the time that is left.
         """
         ranges = self.coordinates.ranges
         least = least_found(self.sensors, ranges, claim)

@@ -1,7 +1,8 @@
 """The map of a loop over one period in balls: every sensor whose parameters lie in a box has a map within it.
 
-The blocks' own functions are called with polynomials for their parameters, and with dual numbers on them for signals.
-The operating point is the start of the run, tick 0, or one at which the sensors rest.
+The blocks' own functions are called with polynomials for their parameters, and with dual numbers on
+them for signals. The operating point is the start of the run, tick 0, or one at which the sensors
+rest.
 """
 
 from collections.abc import Mapping

@@ -1,7 +1,8 @@
 """Ticks of blocks whose parameters are balls, or polynomials of them.
 
-At rest, or on an orbit, continuous groups move by phi(A T) T f, with A and f where they are, which is their exact step
-where they are linear. Elsewhere they move by P f for a regular P, so that they rest where f is zero.
+At rest, or on an orbit, continuous groups move by phi(A T) T f, with A and f where they are, which
+is their exact step where they are linear. Elsewhere they move by P f for a regular P, so that they
+rest where f is zero.
 """
 
 import copy

@@ -2,24 +2,25 @@
 
     x[n+1] = (A + B F (I - D F)^-1 C) x[n]
 
-F is the factor g of a gain, or [[cos p, -sin p], [sin p, cos p]] of a phase p, whose matrices act on real and imaginary
-part: the loop then has twice as many states. D joins a value of the wire with later ones, so that the inverse is a sum
-of as many powers as a period has values.
+F is the factor g of a gain, or [[cos p, -sin p], [sin p, cos p]] of a phase p, whose matrices act
+on real and imaginary part: the loop then has twice as many states. D joins a value of the wire with
+later ones, so that the inverse is a sum of as many powers as a period has values.
 
-The matrix is a polynomial of d_i / h_i, and lies between those at the corners of the box: each term c d^k with a power
-of two or more adds |c|, since even powers are 1 at all corners, and of d^k - d^(k mod 2) no more than 1 is left. An
-amplifier's gain has no such term: all of its tolerance is exact. Coordinates beyond the first few stay in the middle,
-and their terms add |c| too. States are turned into coordinates S, in which bounds by entries are narrow: S^-1 A S has
-the poles of A.
+The matrix is a polynomial of d_i / h_i, and lies between those at the corners of the box: each term
+c d^k with a power of two or more adds |c|, since even powers are 1 at all corners, and of d^k -
+d^(k mod 2) no more than 1 is left. An amplifier's gain has no such term: all of its tolerance is
+exact. Coordinates beyond the first few stay in the middle, and their terms add |c| too. States are
+turned into coordinates S, in which bounds by entries are narrow: S^-1 A S has the poles of A.
 
 All complex factors (2 + a d) / (2 - a d) with |d| <= 1 are one matrix. With E = (I - D)^-1 it is
 
     [ A + B E C     B E           ]
     [ a E C         a (E - I / 2) ]
 
-from x and w to x[n+1] and z, where w = d z. If it shortens every vector, in coordinates that leave w and z as they are,
-then x[n+1] is shorter than x for each d (the bounded real lemma; Zhou, Doyle and Glover, Robust and Optimal Control,
-chapter 21). A response is at most x at all frequencies, |C (z - A)^-1 B + D| <= x, if [A, B; C / x, D / x] does so.
+from x and w to x[n+1] and z, where w = d z. If it shortens every vector, in coordinates that leave
+w and z as they are, then x[n+1] is shorter than x for each d (the bounded real lemma; Zhou, Doyle
+and Glover, Robust and Optimal Control, chapter 21). A response is at most x at all frequencies, |C
+(z - A)^-1 B + D| <= x, if [A, B; C / x, D / x] does so.
 """
 
 import itertools

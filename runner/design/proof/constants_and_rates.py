@@ -25,8 +25,8 @@ def with_constants(
 ) -> tuple[Graph, list[Range]]:
     """Return the graph with constant values at some outputs, such as "0.1 V" or "-1..1 V", and these as ranges.
 
-    Raises `ModelError` for an output that is not there or not that of a source, for a value in another unit, and where
-    something of that source is `varied`.
+    Raises `ModelError` for an output that is not there or not that of a source, for a value in
+    another unit, and where something of that source is `varied`.
     """
     blocks, ranges = dict(graph.blocks), dict[str, Range]()
     for signal, written in constants.items():

@@ -1,14 +1,15 @@
 """Families of matrices that contract in one norm: then every system x[n+1] = A x[n] of the family decays.
 
-All is stable if a matrix T has ||T^-1 A T|| < 1 for all A. The norm is convex: of what lies between corners, the
-corners suffice, and errors add their own norm.
+All is stable if a matrix T has ||T^-1 A T|| < 1 for all A. The norm is convex: of what lies between
+corners, the corners suffice, and errors add their own norm.
 
-T is searched: first as a root of the covariance that noise along the mean and the moves of the coordinates would have,
-then by descent of the largest norm at the corners, whose slope by X in T (I + X) is v v' - u u', of its singular
-vectors. What is searched is a guess, what is accepted is proved: with X about T^-1 and ||X T - I|| <= e, the norm of
-X A X^-1 is at most ||X A T|| / (1 - e). It is below r if Cholesky's algorithm ends in floating point for r^2 I - B'B,
-after a shift that exceeds its errors (Rump, BIT Numerical Mathematics 46, 2006, 433). Rates in continuous time are
-taken likewise (`half_plane`).
+T is searched: first as a root of the covariance that noise along the mean and the moves of the
+coordinates would have, then by descent of the largest norm at the corners, whose slope by X in T
+(I + X) is v v' - u u', of its singular vectors. What is searched is a guess, what is accepted is
+proved: with X about T^-1 and ||X T - I|| <= e, the norm of
+X A X^-1 is at most ||X A T|| / (1 - e). It is below r if Cholesky's algorithm ends in floating
+point for r^2 I - B'B, after a shift that exceeds its errors (Rump, BIT Numerical Mathematics 46,
+2006, 433). Rates in continuous time are taken likewise (`half_plane`).
 """
 
 import itertools
@@ -173,8 +174,8 @@ def first_norm(family: Family) -> Norm | None:
 def covariance_norm(family: Family, sizes: Array, grown: float, noise: float) -> Norm:
     """Return the norm of the covariance that noise along the moves makes, with some more in all directions.
 
-    The mean of the corners counts as `grown`; states are scaled by what makes the rows and columns of `sizes` alike.
-    Raises `LinAlgError` or `ValueError` where there is none.
+    The mean of the corners counts as `grown`; states are scaled by what makes the rows and columns
+    of `sizes` alike. Raises `LinAlgError` or `ValueError` where there is none.
     """
     _, (scale, _) = scipy.linalg.matrix_balance(sizes, permute=False, separate=True)
     a, directions = (m * scale / scale[:, None] for m in (family.centre, family.moves()))
@@ -195,9 +196,9 @@ def covariance_norm(family: Family, sizes: Array, grown: float, noise: float) ->
 def _norm_of_disk(family: Family) -> Norm | None:
     """Return a norm for all factors of a disk or all frequencies, None where there is none for the mean of the corners.
 
-    P = A'PA + C'C + (A'PB + C'D) (I - D'D - B'PB)^-1 (B'PA + D'C) has a solution where there is one. Of somewhat larger
-    disks and with e I for C'C there is room; the solution for the former alone scales the states, for the latter to
-    mean the same for all of them.
+    P = A'PA + C'C + (A'PB + C'D) (I - D'D - B'PB)^-1 (B'PA + D'C) has a solution where there is
+    one. Of somewhat larger disks and with e I for C'C there is room; the solution for the former
+    alone scales the states, for the latter to mean the same for all of them.
     """
     n, still = len(family.centre) - family.still, np.eye(family.still)
     if not n:
@@ -293,8 +294,9 @@ def bound_of(sizes: Array) -> float:
 def _decay(transform: Array, rates: Family) -> bool:
     """Return whether all rates F shorten every vector x' = F x in the coordinates of a transformation: proved.
 
-    For P = X'X, with X about T^-1, E = X T - I and N = X F T, T'(P F + F'P) T is N + E'N and its transpose. It is
-    negative if that of the corners is by more than all that is unknown, in any units. With an input and an output,
+    For P = X'X, with X about T^-1, E = X T - I and N = X F T, T'(P F + F'P) T is N + E'N and its
+    transpose. It is negative if that of the corners is by more than all that is unknown, in any
+    units. With an input and an output,
     [A, B, 0; 0, -I / 2, 0; C, D, -I / 2] stands for F (bounded real lemma).
     """
     k = rates.still

@@ -2,8 +2,9 @@
 
     registers' = A registers + B inputs + E errors + c
 
-The blocks' own functions are called with affine forms for their mantissas (`fixed.affine`). Registers that nothing
-changes count as constants. Inputs are what converters give: any mantissas within their ranges, one for each tick.
+The blocks' own functions are called with affine forms for their mantissas (`fixed.affine`).
+Registers that nothing changes count as constants. Inputs are what converters give: any mantissas
+within their ranges, one for each tick.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -1,14 +1,15 @@
 """Stacks of matrices in doubles with bounds of their errors: middles, and radii entry by entry.
 
-A product of matrices with n terms an entry is off by at most n u / (1 - n u) |A| |B|, u = 2^-53, in any order of
-summation (Higham, Accuracy and Stability of Numerical Algorithms, section 3.5).
+A product of matrices with n terms an entry is off by at most n u / (1 - n u) |A| |B|, u = 2^-53, in
+any order of summation (Higham, Accuracy and Stability of Numerical Algorithms, section 3.5).
 
 With them a point of rest is shown within a reach, by Krawczyk's operator:
 
     |R (F(c, q) - c)| + |I - R (I - J)| r < r   for all J of dF/dx within r of c = c(q) and all q of a box
 
-says that each q has one point x = F(x, q) within r of c, entry by entry (Krawczyk, Computing 4, 1969, 187; Neumaier,
-Interval Methods for Systems of Equations, section 5.1). R is near (I - J)^-1, and c a polynomial of q near the point.
+says that each q has one point x = F(x, q) within r of c, entry by entry (Krawczyk, Computing 4,
+1969, 187; Neumaier, Interval Methods for Systems of Equations, section 5.1). R is near (I - J)^-1,
+and c a polynomial of q near the point.
 """
 
 from collections.abc import Sequence

@@ -2,10 +2,11 @@
 
     x' = A x:   Re (1 + j r) (s - c) < 0 for all poles s
 
-holds if F = (1 + j r) (A - c) shortens every vector in some norm as time goes on: F + F' is negative in its
-coordinates. F is linear in A, so that corners suffice. A norm is searched for (I + h F) (I - h F)^-1, which has the
-same norms, as that of a sampled loop is. So is [A, B; C, D] with an input and an output that the norm leaves as they
-are: the trapezoidal rule keeps all that goes through. What is proved is about F alone.
+holds if F = (1 + j r) (A - c) shortens every vector in some norm as time goes on: F + F' is
+negative in its coordinates. F is linear in A, so that corners suffice. A norm is searched for (I +
+h F) (I - h F)^-1, which has the same norms, as that of a sampled loop is. So is [A, B; C, D] with
+an input and an output that the norm leaves as they are: the trapezoidal rule keeps all that goes
+through. What is proved is about F alone.
 """
 
 import math

@@ -2,9 +2,9 @@
 
 The poles of a claim lie in a disc, or in one of several: the norm is that of the matrices moved into it.
 
-A box is halved along the coordinate that lies furthest beyond its corners, or, where these do not contract, along the
-one that moves most. Halves begin with the norm of the whole. The answer follows from the box and where it begins alone,
-whatever else was looked at and in whichever process.
+A box is halved along the coordinate that lies furthest beyond its corners, or, where these do not
+contract, along the one that moves most. Halves begin with the norm of the whole. The answer follows
+from the box and where it begins alone, whatever else was looked at and in whichever process.
 """
 
 from collections.abc import Callable, Sequence
@@ -120,8 +120,8 @@ class BoxLook:
     def _sides(self, norm: Norm | None, box: Sides) -> range:
         """Return the sides that may be halved.
 
-        Under any change these are those of parameters while the norm of all of them serves the corners, which then has
-        to serve what lies between; else that of the factor.
+        Under any change these are those of parameters while the norm of all of them serves the
+        corners, which then has to serve what lies between; else that of the factor.
         """
         last = len(box) - 1
         if not self.claim.in_one_norm:

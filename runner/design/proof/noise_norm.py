@@ -4,13 +4,13 @@ With the map [A B; C D] of a period from noise of unit variance, Q bounds what t
 
     Q >= A'Q A + C'C   for all A and C:   its mean square is at most the trace of B'Q B + D'D
 
-With Q = S'S the first is that [S A; C] S^-1 shortens every vector: S^-1 = T is a norm that leaves the outputs as they
-are. The second is the sum of the squares of [S B; D]. Both are convex: of what lies between corners, the corners
-suffice.
+With Q = S'S the first is that [S A; C] S^-1 shortens every vector: S^-1 = T is a norm that leaves
+the outputs as they are. The second is the sum of the squares of [S B; D]. Both are convex: of what
+lies between corners, the corners suffice.
 
-S is descended from that of the middle, for log max tr(B'Q B) + log max of C M^-1 C', M = Q - A'Q A: the size of S does
-not matter, and is then the least with which C is short enough. By Q the first has the slope B B', and the second, of
-its vector w = M^-1 C'u, the slope A w (A w)' - w w'.
+S is descended from that of the middle, for log max tr(B'Q B) + log max of C M^-1 C', M = Q - A'Q A:
+the size of S does not matter, and is then the least with which C is short enough. By Q the first
+has the slope B B', and the second, of its vector w = M^-1 C'u, the slope A w (A w)' - w w'.
 """
 
 import math

@@ -1,18 +1,21 @@
 """Parameters that change slowly: each part of a box keeps its norm, and what counts is how often one follows another.
 
-From one period to the next a coordinate q_i moves by at most d_i; one with d_i = 0, as the factor at the wire, stays.
-The cores C_k of the parts cover the box. Each lies in a larger box B_k, all matrices of which shorten every vector in a
-norm: |A x|_k <= r_k |x|_k. Take the norm of a core that q is in, and keep it until q leaves its box. Then q is in
-another core C_m that lies beyond an end of B_k. On the way to that end, h_i from C_k, there were at least
+From one period to the next a coordinate q_i moves by at most d_i; one with d_i = 0, as the factor
+at the wire, stays. The cores C_k of the parts cover the box. Each lies in a larger box B_k, all
+matrices of which shorten every vector in a norm: |A x|_k <= r_k |x|_k. Take the norm of a core that
+q is in, and keep it until q leaves its box. Then q is in another core C_m that lies beyond an end
+of B_k. On the way to that end, h_i from C_k, there were at least
 
     N = floor(h_i / d_i) + 1
 
-periods. If |x|_m <= g |x|_k, and g r_k^N < 1 for all such k and m, then a part that is left after n >= N periods leaves
-g r_k^n <= s^n of what there was, with s < 1 the largest (g r_k^N)^(1/N) or r_k. So all decays, |x[n]| <= c s^n |x[0]|.
+periods. If |x|_m <= g |x|_k, and g r_k^N < 1 for all such k and m, then a part that is left after
+n >= N periods leaves g r_k^n <= s^n of what there was, with s < 1 the largest (g r_k^N)^(1/N) or
+r_k. So all decays, |x[n]| <= c s^n |x[0]|.
 
-It is the argument of a dwell time (Morse, IEEE Transactions on Automatic Control 41, 1996, 1413; Liberzon, Switching in
-Systems and Control, 2003, section 3.2), which the overlap ensures. For slow changes it is Desoer's (Electronics Letters
-6, 1970, 339). Of a coordinate that stays, the parts count that reach to one side of it: they cover all others as well.
+It is the argument of a dwell time (Morse, IEEE Transactions on Automatic Control 41, 1996, 1413;
+Liberzon, Switching in Systems and Control, 2003, section 3.2), which the overlap ensures. For slow
+changes it is Desoer's (Electronics Letters 6, 1970, 339). Of a coordinate that stays, the parts
+count that reach to one side of it: they cover all others as well.
 """
 
 import itertools

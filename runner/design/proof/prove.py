@@ -1,8 +1,9 @@
 """Proofs over tolerances: no sensor whose parameters lie in a box has less than these margins.
 
-A loop has a gain margin of m where all factors from 1/m to m at its wire leave it stable, and a phase margin of p where
-all turns from -p to p do; both are boxes with one more coordinate. What is proved is a theorem about the functions of
-the blocks in real numbers; rounding in a run is not a part of it, and the loop is that of the start of the run.
+A loop has a gain margin of m where all factors from 1/m to m at its wire leave it stable, and a
+phase margin of p where all turns from -p to p do; both are boxes with one more coordinate. What is
+proved is a theorem about the functions of the blocks in real numbers; rounding in a run is not a
+part of it, and the loop is that of the start of the run.
 """
 
 import math
@@ -122,36 +123,42 @@ def prove(
 ) -> Proofs:
     """Prove that no sensor within tolerances is unstable or has less than these margins, or show one that has.
 
-    `source` is a graph, or a study, whose spread counts as tolerances: three standard deviations of normal parameters.
-    `tolerances` maps parameters to "5 %", to a width with a unit or to a list of two values. `loop` names one loop;
-    unless given, all of them count. `gain_margin` and `phase_margin` are limits such as "10 dB" and "60 deg"; unless
-    given, those that a loop requires, else 6 dB and 45 deg. A `disk_margin` such as "0.5", a `delay_margin` such as
-    "100 us" and a `decay_rate` of the slowest pole such as "50 1/s" are proved besides if they are given.
+    `source` is a graph, or a study, whose spread counts as tolerances: three standard deviations of
+    normal parameters. `tolerances` maps parameters to "5 %", to a width with a unit or to a list of
+    two values. `loop` names one loop; unless given, all of them count. `gain_margin` and
+    `phase_margin` are limits such as "10 dB" and "60 deg"; unless given, those that a loop
+    requires, else 6 dB and 45 deg. A `disk_margin` such as "0.5", a `delay_margin` such as "100 us"
+    and a `decay_rate` of the slowest pole such as "50 1/s" are proved besides if they are given.
 
-    `scale_factor` maps outputs to limits from an `input`, such as "1.9..2.1", `peak` maps outputs to the largest gain
-    from the `input` at any frequency, and `noise` maps outputs to the most rms that they may have. `bias` maps outputs
-    to limits of the value at which they rest while the `input` is zero. Without a limit, "", the nearest is looked for
-    that can be proved. Where these are given, loops count only if one is named, or a margin.
+    `scale_factor` maps outputs to limits from an `input`, such as "1.9..2.1", `peak` maps outputs
+    to the largest gain from the `input` at any frequency, and `noise` maps outputs to the most rms
+    that they may have. `bias` maps outputs to limits of the value at which they rest while the
+    `input` is zero. Without a limit, "", the nearest is looked for that can be proved. Where these
+    are given, loops count only if one is named, or a margin.
 
-    With `no_overflow`, no number of a block in fixed point overflows, from the start of the run on. `rounding` maps
-    outputs in fixed point to the most that all rounding may move them, or to "" for the least that can be proved.
+    With `no_overflow`, no number of a block in fixed point overflows, from the start of the run on.
+    `rounding` maps outputs in fixed point to the most that all rounding may move them, or to "" for
+    the least that can be proved.
     Both hold for all that converters into fixed point can give; `input_ranges` has narrower ranges, such as
     "-1..1", of wires into a FixedQuantiser. Coefficients are those of the sensor as it is.
 
-    With `any_change` the parameters may have other values within their tolerances in each period of the loop, held
-    within it: however fast they change, loops stay stable with all factors of their margins, and noise has its limit.
-    With a `slow_change` such as "1 %/s" they may change so fast; a mapping has rates of some parameters, and those of
-    the others as "". Loops then stay stable with all factors of their margins, which stay.
+    With `any_change` the parameters may have other values within their tolerances in each period of
+    the loop, held within it: however fast they change, loops stay stable with all factors of their
+    margins, and noise has its limit. With a `slow_change` such as "1 %/s" they may change so fast;
+    a mapping has rates of some parameters, and those of the others as "". Loops then stay stable
+    with all factors of their margins, which stay.
 
-    With `bounds` the best limits that can be proved are looked for beyond these, beside the worst that are found. The
-    search ends after so many `seconds`. A search that takes long goes on in `workers`, processes, as many as there are
-    processors unless given; they change no bit. `progress` is called with the claims that are done and all claims.
-    `known` has what an earlier search proved, which is not searched again.
+    With `bounds` the best limits that can be proved are looked for beyond these, beside the worst
+    that are found. The search ends after so many `seconds`. A search that takes long goes on in
+    `workers`, processes, as many as there are processors unless given; they change no bit.
+    `progress` is called with the claims that are done and all claims. `known` has what an earlier
+    search proved, which is not searched again.
 
-    Claims are about the start of the run, and where that changes later about the point where the sensor rests, or the
-    orbit that it goes round, unless `at` is "0 s" or "settled". A sensor rests if its sources are constant, and goes
-    round an orbit if they come round: `constants` maps outputs of sources to constant values. A loop without either is
-    open, with the reason. Blocks compute in real numbers, and converters do
+    Claims are about the start of the run, and where that changes later about the point where the
+    sensor rests, or the orbit that it goes round, unless `at` is "0 s" or "settled". A sensor rests
+    if its sources are constant, and goes round an orbit if they come round: `constants` maps
+    outputs of sources to constant values. A loop without either is open, with the reason. Blocks
+    compute in real numbers, and converters do
     not round. Raises `ModelError` for what is wrong with the graph or the tolerances.
 
     >>> from proofmass import prove, read_graph

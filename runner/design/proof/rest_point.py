@@ -1,8 +1,8 @@
 """The point of rest, or the orbit, of every sensor of a box, enclosed by Krawczyk's operator.
 
-With the map F(x, q) of all that a graph remembers, a sensor q rests at x = F(x, q), which `enclosed` encloses. Where
-carriers or switches come round after N periods, x has what is remembered at the start of each of them, and F moves each
-of these by its own period:
+With the map F(x, q) of all that a graph remembers, a sensor q rests at x = F(x, q), which
+`enclosed` encloses. Where carriers or switches come round after N periods, x has what is remembered
+at the start of each of them, and F moves each of these by its own period:
 
     F(x_1, ..., x_N) = (F_N(x_N), F_1(x_1), ..., F_N-1(x_N-1))
 
@@ -11,8 +11,9 @@ a polynomial c(q), the last of the steps
 
     c <- c + R (F(c, q) - c),   R near (I - J)^-1 in the middle of the box
 
-F is that of ideal converters, without noise, with sources that are constant, or come round, from the operating point
-on. It is of a tick in which all blocks compute, or of whole periods (`rest_ticks`).
+F is that of ideal converters, without noise, with sources that are constant, or come round, from
+the operating point on. It is of a tick in which all blocks compute, or of whole periods
+(`rest_ticks`).
 """
 
 import math

@@ -102,8 +102,8 @@ def _begun(delay: Any, time: Fraction) -> bool:
 def _turn(plan: Plan, ticks: int, number: Any, of_frequency: Callable[[Fraction], Fraction]) -> int:
     """Return the least number of periods that are whole cycles, for a number that follows from the frequency.
 
-    It is the nearest double to what follows from so many cycles: that of a third has no digits of its own. One that
-    varies has no such number.
+    It is the nearest double to what follows from so many cycles: that of a third has no digits of
+    its own. One that varies has no such number.
     """
     if not isinstance(number, float) or not number > 0.0:
         return 0

@@ -1,7 +1,7 @@
 """Search for a proof that a claim holds everywhere in a box: boxes are halved until each contracts in a norm.
 
-Boxes have an order, in which halves follow their whole, the upper one first. The outcome is that of looking at them in
-this order, however many are looked at ahead of their turn.
+Boxes have an order, in which halves follow their whole, the upper one first. The outcome is that of
+looking at them in this order, however many are looked at ahead of their turn.
 
 Under any change of the parameters one norm has to serve all of their box: their sides are halved for its sake alone.
 

@@ -4,29 +4,31 @@ A path is the map from one wire to another over a period, for an input that is t
 
     x[n+1] = A x[n] + B u,   y = C x[n] + D u
 
-B and D are sums over the values of the input in a period, C and D means over those of the output: as the scale factor
-has them. A response has all values as they are.
+B and D are sums over the values of the input in a period, C and D means over those of the output:
+as the scale factor has them. A response has all values as they are.
 
-The value of an output at rest is the scale factor of a map from an input of one. About a point c(q) near the point of
-rest x, with J and C for all that lies between them,
+The value of an output at rest is the scale factor of a map from an input of one. About a point c(q)
+near the point of rest x, with J and C for all that lies between them,
 
     x - c = J (x - c) + (F(c, q) - c),   y = y(c, q) + C (x - c)
 
-as the mean of derivatives on the way from c to x is one of J's. So y = D + C (I - A)^-1 B with A = J, B = F(c, q) - c
-and D = y(c, q). c moves with the parameters as the point of rest does at the centre of the box, so that B is small. All
-that the output depends on is in A, also what B does not reach: it has to decay. Where F is not a period of the sensor
-itself, the map of that period stands beside it in A, which then says that the sensor stays at rest.
+as the mean of derivatives on the way from c to x is one of J's. So y = D + C (I - A)^-1 B with A =
+J, B = F(c, q) - c and D = y(c, q). c moves with the parameters as the point of rest does at the
+centre of the box, so that B is small. All that the output depends on is in A, also what B does not
+reach: it has to decay. Where F is not a period of the sensor itself, the map of that period stands
+beside it in A, which then says that the sensor stays at rest.
 
 Noise is the map from its sources to one output over a period:
 
     x[n+1] = A x[n] + B w[n],   y[n] = C x[n] + D w[n]
 
-w are independent numbers with a variance of one, and y the values of the output in a period, divided by the square root
-of their number: the mean square of the output is that of all of y. On an orbit a period is the whole of it, so that
-this is the mean over the orbit of the variance.
+w are independent numbers with a variance of one, and y the values of the output in a period,
+divided by the square root of their number: the mean square of the output is that of all of y. On an
+orbit a period is the whole of it, so that this is the mean over the orbit of the variance.
 
-A loop among continuous blocks is opened at a wire between them: x' = A x + B u, y = C x. The rates of its group are
-called with balls for the parameters of the blocks, and with dual numbers on them, as a tick is. What discrete
+A loop among continuous blocks is opened at a wire between them: x' = A x + B u, y = C x. The rates
+of its group are called with balls for the parameters of the blocks, and with dual numbers on them,
+as a tick is. What discrete
 blocks give is held, so that loops through them are open: those of `margins` at such a wire.
 """
 
@@ -107,8 +109,8 @@ class StartingPath(Starting):
 class StartingResponse(StartingPath):
     """The response from one wire to another at the start of a run, at all frequencies.
 
-    With p values of the input in a period, and r of the output, the gain at a frequency is o H i / r, with weights o
-    and i of size 1: at most sqrt(p / r) times the norm of H.
+    With p values of the input in a period, and r of the output, the gain at a frequency is o H i /
+    r, with weights o and i of size 1: at most sqrt(p / r) times the norm of H.
     """
 
     def __init__(self, plan: Plan, source: Endpoint, target: Endpoint, rest: RestRun | None = None) -> None:

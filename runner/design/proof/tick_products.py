@@ -2,8 +2,9 @@
 
     x[t+1] = (A_t + B_t F C_t) x[t],   closed by a factor F in each tick in which its wire has a value
 
-Every number that lasts has a direction of its own before each tick. What one tick does to it is known well, and
-polynomials keep it so: interpreted in balls, the ticks of a period would widen each other.
+Every number that lasts has a direction of its own before each tick. What one tick does to it is
+known well, and polynomials keep it so: interpreted in balls, the ticks of a period would widen each
+other.
 """
 
 from collections.abc import Mapping, Sequence

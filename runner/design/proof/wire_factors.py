@@ -44,8 +44,8 @@ class Factor:
     def corners(self, low: float, high: float, chord: bool) -> list[Sequence[Sequence[Any]]]:
         """Return the factors at both ends; with `chord` a few between which all the others lie.
 
-        The arc of a phase lies in the triangle of its ends and the crossing of the tangents there, at 1 / cos of half
-        the angle.
+        The arc of a phase lies in the triangle of its ends and the crossing of the tangents there,
+        at 1 / cos of half the angle.
         """
         places = [flint.arb(low)] + [flint.arb(high)] * (high > low)
         ends = [self.derivatives(place)[0] for place in places]
