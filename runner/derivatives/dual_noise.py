@@ -142,6 +142,7 @@ class NoisyTicks(DualTicks):
         """
         if owner not in self._noise or not slopes_of(value, SIGNALS):
             return value
+        deviation = math.sqrt(12.0 * variance)
         tick, seen = self._dropped.get(owner, (-1, []))
         if tick != self._memory.tick:
             seen = []
@@ -153,9 +154,9 @@ class NoisyTicks(DualTicks):
             part = f"{ROUNDING} {len(seen)}"
             key = (owner, part, self._counts[owner, part])
             self._counts[owner, part] += 1
-            self._keep(key, value)
+            self._keep(key, value, deviation)
             seen.append((value, key))
-        return value + math.sqrt(12.0 * variance) * self._direction(key)
+        return value + deviation * self._direction(key)
 
     def _getter(self, binding: Binding) -> Callable[[int], Any]:
         if not isinstance(binding, Deviate) or binding.block not in self._noise:
@@ -211,9 +212,9 @@ class NoisyTicks(DualTicks):
             key = (owner, ROUNDING, self._counts[owner, ROUNDING])
             self._counts[owner, ROUNDING] += 1
             self._last[owner] = self._memory.tick, value, key
-            self._keep(key, value)
+            self._keep(key, value, 1.0)
         return rule(value) + self._direction(key)
 
-    def _keep(self, key: tuple[str, str, int], value: Any) -> None:
+    def _keep(self, key: tuple[str, str, int], value: Any, deviation: float) -> None:
         if key[0] in self._quantisers:
-            self.quantised[key] = value
+            self.quantised[key], self.deviations[key] = value, deviation

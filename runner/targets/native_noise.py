@@ -51,6 +51,7 @@ class EventTable(NamedTuple):
     kind: Indices
     source: Indices  # block or wire
     value: Array
+    deviation: Array  # of what enters
     entered: Truths
     like: Indices  # row of the first event of the tick with the same error, else its own
     part: Indices  # number of this error among those of its block in a tick
@@ -149,9 +150,8 @@ class NoiseInCode(SlopesInCode):
         row = np.flatnonzero(np.arange(self._most) < counts[:, None])
         of_row = told.reshape(-1, TOLD + 1)[row]
         kind, source = (of_row[:, which].astype(np.int64) for which in (KIND, SOURCE))
-        events = EventTable(
-            row, kind, source, of_row[:, VALUED], of_row[:, TOLD] != 0.0, row.copy(), np.zeros_like(row)
-        )
+        value, deviation, entered = of_row[:, VALUED], of_row[:, ENTERING], of_row[:, TOLD] != 0.0
+        events = EventTable(row, kind, source, value, deviation, entered, row.copy(), np.zeros_like(row))
         errors = np.flatnonzero(events.entered & np.isin(kind, _ERRORS))
         _, number, several = np.unique(
             np.array([row // self._most, kind, source])[:, errors], axis=1, return_inverse=True, return_counts=True
@@ -203,6 +203,7 @@ class CompiledNoise(NoiseInCode):
         self.injected: list[Direction] = []
         self.sources: list[Direction] = []
         self.quantised: dict[Direction, float] = {}
+        self.deviations: dict[Direction, float] = {}
         self._enters, self._heard = dict[Direction, list[int]](), dict[Endpoint, list[int]]()  # their events
         self._given = list[int]()  # events of quantisers
 
@@ -217,7 +218,9 @@ class CompiledNoise(NoiseInCode):
     def _count(self, events: EventTable) -> None:
         """Name what enters, and list what is asked for: outputs, and what quantisers are given if that is."""
         counts, entered = Counter[tuple[str, str]](), dict[int, Direction]()
-        for row, kind, source, value, enters, like, part in zip(*(each.tolist() for each in events), strict=True):
+        for row, kind, source, value, deviation, enters, like, part in zip(
+            *map(np.ndarray.tolist, events), strict=True
+        ):
             node = self.wire_nodes[source] if kind == WIRE else None
             if enters and like == row:
                 name, what = node or (self.block_names[source], self.part(kind, part))
@@ -225,7 +228,7 @@ class CompiledNoise(NoiseInCode):
                 counts[name, what] += 1
                 (self.injected if node else self.sources).append(key)
                 if kind in (ROUNDED, DROPPED) and name in self._of.quantisers:
-                    self.quantised[key] = value
+                    self.quantised[key], self.deviations[key] = value, deviation
                     self._given.append(row)
             if enters:
                 self._enters.setdefault(entered[like], []).append(row)

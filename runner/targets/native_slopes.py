@@ -258,6 +258,7 @@ class CompiledSlopes(SlopesInCode):
 
     sources: Sequence[tuple[str, str, int]] = ()  # of noise, none as in `NoisyTicks` without
     quantised: Mapping[tuple[str, str, int], float] = MappingProxyType({})
+    deviations: Mapping[tuple[str, str, int], float] = MappingProxyType({})
 
     def __init__(
         self,

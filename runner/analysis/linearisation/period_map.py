@@ -9,7 +9,7 @@ and y hold an entry for each tick of their wires in it (lifting: Meyer and Burru
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -78,6 +78,7 @@ class PeriodMap:
     end: Memory | None = None  # after the period, in plain numbers
     told: str = ""  # how the operating point was found
     starting: bool = False  # whether the map changes after a start
+    deviations: Mapping[Entry, float] = field(default_factory=dict)  # of errors of quantisers, in those of one step
     late: float = 0.0  # seconds from the first value of the only input to that of the only output
     ticks: TickMaps | None = None  # of a loop, from value to value of the wire
 
@@ -311,6 +312,7 @@ def period_map(
             tick=memory.tick,
             time=memory.tick * plan.period,
             end=without_slopes(engine.memory(), plan),
+            deviations=engine.deviations,
             late=_late(plan, inputs, outputs),
         )
 

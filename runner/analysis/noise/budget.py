@@ -28,6 +28,7 @@ from proofmass.runner.analysis.margins.sensitivity import ranked
 from proofmass.runner.analysis.noise.along_run import budgets_along, refusal
 from proofmass.runner.analysis.noise.band import mean_squares
 from proofmass.runner.analysis.noise.derivatives import one_more, rms_slopes
+from proofmass.runner.analysis.noise.grids import errors_on_grids
 from proofmass.runner.analysis.noise.noise_budget import DROPPED, QUANTISATION, NoiseBudget, NoiseSource
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
 from proofmass.runner.analysis.noise.validity import ENOUGH, Dither, dithers, strained
@@ -170,17 +171,19 @@ def _budget_about(
     if target not in _reached(points, drawing):
         raise _silence(points.after_start(first), target, len(drawing.keys() & upstream), {})
     about, noisy, whole, to_output = points.answered(ask, first)
+    ends = Ends(tuple(sources), (target,), noise=noisy, beside=tuple(beside))
+    strain = "" if isinstance(about.point, PeriodicPoint) else strained(about, ends, target, whole, to_output)
+    to_quantisers = _to_quantisers(about, ends)
+    errors = errors_on_grids(planned, to_quantisers, about.course.kept)
+    moved = list(dithers(errors.of(to_quantisers), about.course.kept, errors.apart))
+    to_output = noise_map(errors.of(whole), target) if errors.sizes else to_output
     limits = _band(to_output, band)
     squares = mean_squares(to_output, limits) if band is not None or not to_output.settles else to_output.mean_squares
     low = limits[0] if limits[0] > 0.0 else 0.5 * to_output.rate * 10.0**-_DECADES
     shown = np.asarray(frequencies, dtype=np.float64) if len(frequencies) else grid(to_output, low, limits[1])
     densities = to_output.densities(shown)
-    ends = Ends(tuple(sources), (target,), noise=noisy, beside=tuple(beside))
-    moved = list(dithers(_to_quantisers(about, ends), about.course.kept))
     sources_made = _sources(planned, to_output.sources, squares, densities, moved)
     total = float(np.sum(squares))
-    note = "" if isinstance(about.point, PeriodicPoint) else strained(about, ends, target, whole, to_output)
-    strain = (note,) if note else ()
     budget = NoiseBudget(
         output=output,
         unit=short_unit(planned.unit(target)),
@@ -197,7 +200,7 @@ def _budget_about(
         notes=(
             *whole.notes,
             *_notes(noisy, sources_made, to_output, band, derivatives),
-            *strain,
+            *filter(None, [strain]),
             *_lost(about, target),
         ),
     )
@@ -251,7 +254,9 @@ def _sources(
                 rms=math.sqrt(square),
                 share=square / total if total else 0.0,
                 density=densities[:, own].sum(axis=1),
-                dither=_dither(planned, name, (d for d in moved if d.block == name and d.part in parts)),
+                dither=_dither(planned, name, (d for d in moved if d.block == name and d.part in parts))
+                if square
+                else None,
             )
         )
     return sources
@@ -259,9 +264,10 @@ def _sources(
 
 def _dither(planned: Plan, block: str, moved: Iterable[Dither]) -> Dither | None:
     """Return the least motion of what a block rounds, if it rounds."""
-    least = min(moved, key=lambda dither: min(dither.rms, dither.change), default=None)
+    own = list(moved)
+    least = min(own, key=lambda dither: min(dither.rms, dither.change), default=None)
     cut = getattr(planned.blocks[block], "rounding", "") == "toward_zero"
-    return least and replace(least, cut=cut)
+    return least and replace(least, cut=cut, apart=max(dither.apart for dither in own))
 
 
 def _band(of: NoiseMap, band: tuple[float, float] | None) -> tuple[float, float]:
@@ -289,6 +295,12 @@ def _notes(
         " more, and else anything up to half a step"
         for source in sources
         if source.dither is not None and not source.dither.moves
+    ]
+    notes += [
+        f"{source.block}: what it rounds is nearly a multiple of what was rounded before. So its error is not white and"
+        f" uniform, and its mean square may be off by up to {100.0 * source.dither.apart:.2g} %"
+        for source in sources
+        if source.dither is not None and source.dither.moves and source.dither.gridded
     ]
     notes += [
         f"{source.block}: it cuts towards zero what noise moves by {source.dither.rms:.2g} steps. Where that turns the"

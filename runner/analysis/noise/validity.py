@@ -15,9 +15,10 @@ the same rms, as a slope that only turns.
 
 import hashlib
 import math
-from collections.abc import Hashable, Iterator, MutableMapping
+from collections.abc import Hashable, Iterator, Mapping, MutableMapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,7 @@ from proofmass.runner.host.arrays import Array
 from proofmass.runner.reference.interpret import TickError
 
 ENOUGH, ENOUGH_CUT = 0.5, 40.0  # steps rms; of a magnitude that is cut, for 1 % of the motion
+APART = 0.01  # of the mean square of an error on a grid
 _TICKS = 512  # base ticks of a run with noise, or one period
 _INSTANTS, _MAPPED = 8, 64  # maps along it, and base ticks of them, or one period
 _MORE = 4  # times as many where some map is another
@@ -51,11 +53,12 @@ class Dither:
     rms: float
     change: float
     cut: bool = False  # whether magnitudes are cut
+    apart: float = 0.0  # of the mean square of its error, which a grid makes it
 
     @property
     def enough(self) -> bool:
         """Return whether the error of the quantiser is noise."""
-        return self.moves and not self.turns
+        return self.moves and not self.turns and not self.gridded
 
     @property
     def moves(self) -> bool:
@@ -63,13 +66,20 @@ class Dither:
         return min(self.rms, self.change) >= ENOUGH
 
     @property
+    def gridded(self) -> bool:
+        """Return whether its input lies on a grid so coarse that the error is not white and uniform."""
+        return self.apart > APART
+
+    @property
     def turns(self) -> bool:
         """Return whether the error follows the sign of what is cut, by over 1 % of its motion."""
         return self.cut and self.rms < ENOUGH_CUT
 
 
-def dithers(whole: PeriodMap, kept: MutableMapping[Hashable, Any]) -> Iterator[Dither]:
-    """The motion of each quantiser's input, at its least over the period; infinite without bound.
+def dithers(
+    whole: PeriodMap, kept: MutableMapping[Hashable, Any], apart: Mapping[Endpoint, float] = MappingProxyType({})
+) -> Iterator[Dither]:
+    """The motion of each quantiser's input, at its least over the period; infinite where it has no bound.
 
     Maps to several outputs hold the same maps to their quantisers: what is found of these is `kept`, and what is found
     of their states, which quantisers of a loop share.
@@ -80,7 +90,7 @@ def dithers(whole: PeriodMap, kept: MutableMapping[Hashable, Any]) -> Iterator[D
         key = "dither", block, part, own.inputs, _digest(own.matrix)
         if key not in kept:
             kept[key] = _dither(block, part, own, kept)
-        yield kept[key]
+        yield replace(kept[key], apart=apart.get((block, part), 0.0))
 
 
 def _dither(block: str, part: str, whole: PeriodMap, kept: MutableMapping[Hashable, Any]) -> Dither:
