@@ -280,7 +280,10 @@ class OperatingPoints:
 
     def _leaves(self, about: Linearisation, system: OpenLoop, node: Endpoint) -> bool:
         """Return whether a loop that moves on from the start, and looks the same, is another at the end of its run."""
-        moves = not (system.continuous or system.map.notes) and about.point_of(Ends((node,), (node,), cut=True)).later
+        if system.continuous:  # among blocks that are linear, and not driven, it is the same everywhere
+            moves = any(node in of.group.nodes and (of.renewed or not of.exact) for of in self.plan.solvers)
+        else:
+            moves = not system.map.notes and bool(about.point_of(Ends((node,), (node,), cut=True)).later)
         if about.tick or not moves:
             return False
         try:

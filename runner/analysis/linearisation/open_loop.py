@@ -139,10 +139,16 @@ class OpenLoop:
         return self._at_own_frequency(self._open_transfer, w)
 
     def differs(self, other: "OpenLoop", by: float) -> bool:
-        """Return whether L is another in a second sampled loop, by more than a part of its size at some frequency."""
-        w = np.geomspace(1e-4, 0.9, 24) * math.pi / self.sample
+        """Return whether L is another in a second loop of its kind, by more than a part of its size at some frequency."""
+        w = np.geomspace(1e-4, 0.9, 24) * math.pi / self.sample if not self.continuous else self._about_poles(other)
         first, second = self.response(w), other.response(w)
         return bool(np.any(np.abs(first - second) > by * np.maximum(np.abs(first), np.abs(second))))
+
+    def _about_poles(self, other: "OpenLoop") -> Array:
+        """Return angular frequencies about those of the poles of two loops in continuous time."""
+        rates = np.abs(np.concatenate([each for of in (self, other) for each in (of.poles, of.open_poles)]))
+        rates = rates[rates > 0.0]
+        return np.geomspace(0.01 * rates.min(), 100.0 * rates.max(), 48) if len(rates) else np.ones(1)
 
     def closed_response(self, w: Array | float) -> Complex:
         """Return the response of T at the input's own frequency; w in rad/s."""

@@ -71,7 +71,7 @@ _EXACT = OnGrid(1, 0.0, 0.0, math.inf)
 
 @dataclass(frozen=True)
 class GridErrors:
-    """What grids make of the errors of roundings, by block and part: other sizes, and what is not white and uniform."""
+    """Errors of roundings on grids, by block and part: their sizes, and how far they are from white and uniform."""
 
     sizes: Mapping[Endpoint, float]  # deviation of the error as it is over that of the white model
     apart: Mapping[Endpoint, float]  # of the mean square
@@ -155,7 +155,7 @@ def _standing(own: PeriodMap, still: set[Entry]) -> PeriodMap:
 
 
 class _Words:
-    """What roundings of a map are given, and what they make of it, in some periods from the last one back.
+    """Values that a map rounds, and the words that it makes of them, in some periods from the last one back.
 
     Rows are in independent numbers of unit variance; the last entry is the value at the operating point.
     """

@@ -4,8 +4,19 @@ import math
 
 import pytest
 
-from proofmass import Graph, linearise, noise, response
-from proofmass.blocks import Constant, DiscreteTransferFunction, Gain, LowPass, Sum, WhiteNoise
+from proofmass import Graph, linearise, margins, noise, response
+from proofmass.blocks import (
+    Constant,
+    Difference,
+    DiscreteTransferFunction,
+    Gain,
+    Integrator,
+    LookUpTable,
+    LowPass,
+    Sum,
+    WhiteNoise,
+)
+from proofmass.blocks.declaration.declare import Block
 
 BEFORE, AFTER = "1.79 times too little, without a note", "1.79 times what the start has, with a note on the end"
 PERIOD, DECAY = 1e-2, 0.9
@@ -35,6 +46,76 @@ def warming_up(constant: float) -> Graph:
             "amplifier.output -> lag.input",
         ],
     )
+
+
+ANALOG_BEFORE = "a gain margin of 25.1, that at the start, without a note"
+
+
+def analog_loop(drive: dict[str, Block], gain: str, rate: float, seconds: float) -> Graph:
+    """An integrator and two low-passes of 20 Hz in continuous time, with a gain that moves."""
+    return Graph(
+        name="analog",
+        rate=rate,
+        duration=seconds,
+        blocks={
+            **drive,
+            "level": Constant(value=0.1),
+            "error": Difference(),
+            "amplifier": Gain(),
+            "plant": Integrator(gain=10.0, output_unit="1"),
+            "first": LowPass(corner_frequency=20.0),
+            "second": LowPass(corner_frequency=20.0),
+        },
+        wires=[
+            *(f"{a} -> {b}" for a, b in WIRES_OF[gain]),
+            f"{gain}.output -> amplifier.gain",
+            "level.output -> error.first",
+            "second.output -> error.second",
+            "error.output -> amplifier.input",
+            "amplifier.output -> plant.input",
+            "plant.output -> first.input",
+            "first.output -> second.input",
+        ],
+        loops={"main": {"open_at": "second.output"}},
+    )
+
+
+WIRES_OF = {
+    "table": [("one.output", "time.input"), ("time.output", "table.input")],
+    "sum": [("two.output", "heat.input"), ("heat.output", "sum.first"), ("one.output", "sum.second")],
+}
+
+
+def margin_of(gain: float) -> float:
+    """Gain margin of 10 gain / (s (1 + s / w)^2), whose phase is -180 deg at w: 2 w / (10 gain)."""
+    return 2.0 * 2.0 * math.pi * 20.0 / (10.0 * gain)
+
+
+@pytest.mark.defect("S832", before=ANALOG_BEFORE, after="6.28, that at the end of the run")
+def test_an_analog_loop_that_stands_on_a_plateau_is_that_at_its_end() -> None:
+    """The gain is 1 for half a second, and 4 from a second on."""
+    drive: dict[str, Block] = {
+        "one": Constant(value=1.0),
+        "time": Integrator(gain=1.0, output_unit="1"),
+        "table": LookUpTable(breakpoints=(0.0, 0.5, 1.0, 3.0), values=(1.0, 1.0, 4.0, 4.0)),
+    }
+    found = margins(analog_loop(drive, "table", 1000.0, 2.0))
+    assert found.gain_margin == pytest.approx(margin_of(4.0), rel=1e-9)
+    assert found.system.map.told.startswith("the end of the run")
+
+
+@pytest.mark.defect("S832", before=ANALOG_BEFORE, after="21.1, that at the end of the run")
+def test_an_analog_loop_that_warms_up_slowly_is_that_at_its_end() -> None:
+    """From tick to tick it changes by less than a millionth."""
+    drive: dict[str, Block] = {
+        "one": Constant(value=1.0),
+        "two": Constant(value=2.0),
+        "heat": LowPass(corner_frequency=1.0 / (2.0 * math.pi * 300.0)),
+        "sum": Sum(),
+    }
+    found = margins(analog_loop(drive, "sum", 10_000.0, 30.0))
+    gain = 1.0 + 2.0 * (1.0 - math.exp(-30.0 / 300.0))
+    assert found.gain_margin == pytest.approx(margin_of(gain), rel=1e-4)
 
 
 def gain_at_end(constant: float) -> float:
