@@ -139,7 +139,7 @@ class OpenLoop:
         return self._at_own_frequency(self._open_transfer, w)
 
     def differs(self, other: "OpenLoop", by: float) -> bool:
-        """Return whether L is another in a second loop of its kind, by more than a part of its size at some frequency."""
+        """Return whether L is another in a second loop, by more than a part of its size at some frequency."""
         w = np.geomspace(1e-4, 0.9, 24) * math.pi / self.sample if not self.continuous else self._about_poles(other)
         first, second = self.response(w), other.response(w)
         return bool(np.any(np.abs(first - second) > by * np.maximum(np.abs(first), np.abs(second))))
