@@ -2,8 +2,9 @@
 
     [a] + [b] holds a + b for all a of [a] and b of [b]; so do products, quotients and elementary functions
 
-Balls are Arb's (Johansson, IEEE Trans. Computers 66, 2017, 1281). A comparison that holds for some values and not for
-others has no answer: it raises `UndecidedError`, and whoever asked takes a smaller interval. There is no silent way
+Balls are Arb's (Johansson, IEEE Trans. Computers 66, 2017, 1281). A comparison that holds for some
+values and not for others has no answer: it raises `UndecidedError`, and whoever asked takes a
+smaller interval. There is no silent way
 to an ordinary number: `float` of a ball raises TypeError.
 
 Functions of the library are within a unit in the last place of the exact ones; their balls hold both.
@@ -186,7 +187,7 @@ def _decided(holds: bool, fails: bool) -> bool:
     return holds
 
 
-# -- functions ---------------------------------------------------------------------------------------------------------
+# -- functions -------------------------------------------------------------------------------------
 
 _METHODS = {  # Arb's methods of elementary functions
     "exp": (math.exp, elementary.exponential),

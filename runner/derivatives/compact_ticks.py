@@ -1,8 +1,9 @@
 """Noisy ticks of a long period: the directions of dual numbers are gathered into a matrix every few ticks.
 
-Each random number adds a direction, and what lasts depends on all before it, so that a period of n ticks costs n^2 in
-dual numbers. Here every number that lasts gets one direction of its own every few ticks, and a matrix G says what these
-are in the first ones: with slopes S by those of before, and R by new ones, G becomes S G + R.
+Each random number adds a direction, and what lasts depends on all before it, so that a period of n
+ticks costs n^2 in dual numbers. Here every number that lasts gets one direction of its own every
+few ticks, and a matrix G says what these are in the first ones: with slopes S by those of before,
+and R by new ones, G becomes S G + R.
 """
 
 from collections.abc import Mapping

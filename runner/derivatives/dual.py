@@ -3,18 +3,19 @@
     f(a + sum of s_i d_i) = f(a) + f'(a) sum of s_i d_i
 
 `slopes` holds the slopes other than zero, by direction; a number that depends on nothing is plain. Levels nest:
-the value and the slopes of a dual number of level 1 may be dual numbers of level 0, which gives mixed second
-derivatives, such as those of a transition matrix by a parameter.
+the value and the slopes of a dual number of level 1 may be dual numbers of level 0, which gives
+mixed second derivatives, such as those of a transition matrix by a parameter.
 
-Quantisers count as their input, with the derivative one, in value too: `int`, `math.trunc`, `round`, `//`, `>>`,
-`rounding.round_half_even` and `rounding.round_down` of a dual number. What parameters alone move, as a carrier, is
-rounded by the rules of `rounding` as in the run. What is counted with, `math.floor`, `math.ceil` and
-`rounding.nearest_integer`, is a plain number. Comparisons are those of the values. Integers stay dual:
-`& | ^` are known for 0 and -1, which take, keep or turn all bits, and raise TypeError elsewhere. A register that wraps
-takes off a constant (`wrapped`).
+Quantisers count as their input, with the derivative one, in value too: `int`, `math.trunc`,
+`round`, `//`, `>>`, `rounding.round_half_even` and `rounding.round_down` of a dual number. What
+parameters alone move, as a carrier, is rounded by the rules of `rounding` as in the run. What is
+counted with, `math.floor`, `math.ceil` and `rounding.nearest_integer`, is a plain number.
+Comparisons are those of the values. Integers stay dual:
+`& | ^` are known for 0 and -1, which take, keep or turn all bits, and raise TypeError elsewhere. A
+register that wraps takes off a constant (`wrapped`).
 
-Where a function has no finite derivative, such as the square root at 0, the slope is `UNDEFINED`, which is not finite;
-what is multiplied by exactly 0 has lost it again.
+Where a function has no finite derivative, such as the square root at 0, the slope is `UNDEFINED`,
+which is not finite; what is multiplied by exactly 0 has lost it again.
 """
 
 import math

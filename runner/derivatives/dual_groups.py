@@ -2,26 +2,27 @@
 
     x' = f + A (x - x0) + B (u - u0):   x(T) = x0 + exp(A T) (x - x0) + integral of exp(A t) (f + B (u - u0)) dt
 
-f, with its slopes by what drives parameters, A and B are the group's own derivatives at the operating point x0, u0,
-whichever method a run integrates it by. For a linear group this is its exact step; another one moves as it does close
-to the point where it stands still, or, `IntegratedAdvance`, as a run moves it, and a change of it by Magnus' integrator
-of fourth order without commutators, exp(far A1 + near A2) exp(near A1 + far A2) with A of two instants in the tick
-(Blanes and Moan, Applied Numerical Mathematics 56, 2006, 1519). Inputs are held, first-order holds too; nothing of an
-event happens.
+f, with its slopes by what drives parameters, A and B are the group's own derivatives at the
+operating point x0, u0, whichever method a run integrates it by. For a linear group this is its
+exact step; another one moves as it does close to the point where it stands still, or,
+`IntegratedAdvance`, as a run moves it, and a change of it by Magnus' integrator of fourth order
+without commutators, exp(far A1 + near A2) exp(near A1 + far A2) with A of two instants in the tick
+(Blanes and Moan, Applied Numerical Mathematics 56, 2006, 1519). Inputs are held, first-order holds
+too; nothing of an event happens.
 
 What moves A itself, a driven parameter or a factor that is held, acts on x as it is within the tick:
 
     z' = A z + dA (x - x0),   z(0) = 0:   x(T) changes by z(T) beside what the slopes of f do
 
-which is left out where the group has loops that Newton's method solves. A linear group that nothing of this concerns is
-moved by the matrices of the run itself, `HeldAdvance`.
+which is left out where the group has loops that Newton's method solves. A linear group that nothing
+of this concerns is moved by the matrices of the run itself, `HeldAdvance`.
 
 Algebraic loops are solved by Newton's method, with exact derivatives of the solution:
 
     u = g(u, p):   u <- u + (I - J)^-1 (g(u, p) - u),   J = dg/du at the solution
 
-The implicit function theorem, as a chord iteration in dual numbers: from plain values each step makes one more order of
-the derivatives by p exact (Griewank and Walther 2008, section 15.3).
+The implicit function theorem, as a chord iteration in dual numbers: from plain values each step
+makes one more order of the derivatives by p exact (Griewank and Walther 2008, section 15.3).
 """
 
 import math

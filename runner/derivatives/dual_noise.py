@@ -1,7 +1,7 @@
 """Ticks in dual numbers with a direction for each random number, and for each error of a quantiser.
 
-Standard normal deviates are zero with the slope one. A quantiser passes on its input and adds an error, zero with the
-slope one, counted in steps of the rounding.
+Standard normal deviates are zero with the slope one. A quantiser passes on its input and adds an
+error, zero with the slope one, counted in steps of the rounding.
 In fixed point that is what integers drop.
 """
 
@@ -112,8 +112,9 @@ class Followed(NamedTuple):
 class NoisyTicks(DualTicks):
     """Ticks in which blocks with `noise` name their sources, and what was rounded.
 
-    Each adds a key (block, `DEVIATE` or `ROUNDING`, number) to `sources`. What `quantisers` among them are given is
-    kept. Where they are `drawn`, deviates have the values of a run beside their slopes.
+    Each adds a key (block, `DEVIATE` or `ROUNDING`, number) to `sources`. What `quantisers` among
+    them are given is kept. Where they are `drawn`, deviates have the values of a run beside their
+    slopes.
     """
 
     def __init__(self, *arguments: Any, noise: Noisy, drawn: bool = False, quantisers: Collection[str] = ()) -> None:

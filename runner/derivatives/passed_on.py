@@ -1,10 +1,11 @@
 """Paths through a function: from which of its arguments each part of its result follows, by its text.
 
-An expression follows from all that it names. A condition chooses, and passes nothing on; nor does a comparison. So what
-does not follow has no slope wherever the function is called, and what follows may have one.
+An expression follows from all that it names. A condition chooses, and passes nothing on; nor does a
+comparison. So what does not follow has no slope wherever the function is called, and what follows
+may have one.
 
-So noise has paths through a graph, wherever it is linearised: which outputs and states may have a slope by it. Truth
-values have no slopes, but for those that a model of one bit stands for.
+So noise has paths through a graph, wherever it is linearised: which outputs and states may have a
+slope by it. Truth values have no slopes, but for those that a model of one bit stands for.
 """
 
 import ast

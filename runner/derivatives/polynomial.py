@@ -2,9 +2,10 @@
 
     x(d) is in the sum over k of c_k d^k for all d, each |d_i| <= 1
 
-The c_k are balls; what a product has beyond the order that is kept is within the radius of c_0 (Makino and Berz, Int.
-J. Pure and Applied Mathematics 4, 2003, 379). A ball alone forgets which parameters it came from, so that products of
-many of them grow wide; a polynomial is off by the terms that are left out.
+The c_k are balls; what a product has beyond the order that is kept is within the radius of c_0
+(Makino and Berz, Int. J. Pure and Applied Mathematics 4, 2003, 379). A ball alone forgets which
+parameters it came from, so that products of many of them grow wide; a polynomial is off by the
+terms that are left out.
 """
 
 import math

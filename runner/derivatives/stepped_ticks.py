@@ -1,7 +1,7 @@
 """Ticks of a loop that is cut at one wire, each a linear map of its own.
 
-Every number that lasts gets a direction of its own before each tick, so that its slopes afterwards are the map of that
-tick alone: a matrix of few entries, whatever the length of the period.
+Every number that lasts gets a direction of its own before each tick, so that its slopes afterwards
+are the map of that tick alone: a matrix of few entries, whatever the length of the period.
 """
 
 from collections.abc import Collection
@@ -22,8 +22,8 @@ _LASTING = object()  # marks directions of numbers that last
 class TickSlopes(NamedTuple):
     """Slopes of some ticks: `value` is that of `row` after the tick by `column` before it.
 
-    Rows are `places`, the numbers that last, and then the wire before the input is added. Columns are places, and then
-    the input at the wire.
+    Rows are `places`, the numbers that last, and then the wire before the input is added. Columns
+    are places, and then the input at the wire.
     """
 
     places: tuple[LastingPlace, ...]

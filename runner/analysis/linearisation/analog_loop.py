@@ -2,8 +2,9 @@
 
     x' = A x + B u,   y = C x + D u
 
-u are the signals at the readers of the wires, y those of their sources; A, B, C and D are the exact derivatives of the
-functions of the group at the operating point. Signals from discrete blocks are held: loops through them are open.
+u are the signals at the readers of the wires, y those of their sources; A, B, C and D are the exact
+derivatives of the functions of the group at the operating point. Signals from discrete blocks are
+held: loops through them are open.
 """
 
 import math
@@ -190,8 +191,8 @@ def analog_rates(
 ) -> tuple[list[int], list[Any]]:
     """Return the numbers of the states that move, their rates and the signals of the wires at the start of a tick.
 
-    The rates have slopes by the states, and by what is added at the readers of the wires, numbered after all states.
-    Raises `TickError` where they have none.
+    The rates have slopes by the states, and by what is added at the readers of the wires, numbered
+    after all states. Raises `TickError` where they have none.
     """
     n, time = len(group.states), memory.tick * plan.period
     begin = memory.copy()

@@ -1,7 +1,7 @@
 """States scaled by powers of two, so that metres and codes in one transition matrix are of similar size.
 
-Parlett and Reinsch, Numerische Mathematik 13, 1969, 293. LAPACK is called directly, since `scipy.linalg.matrix_balance`
-takes scales beyond 2^63 for integers.
+Parlett and Reinsch, Numerische Mathematik 13, 1969, 293. LAPACK is called directly, since
+`scipy.linalg.matrix_balance` takes scales beyond 2^63 for integers.
 """
 
 from typing import Any
@@ -18,8 +18,9 @@ _gebal = _lapack.dgebal
 def balanced(a: Array, b: Array | None = None, c: Array | None = None) -> tuple[Array, Array]:
     """Return S^-1 A S and the diagonal of S.
 
-    With B and C what enters and leaves counts too, as one more state with a unit of its own: of a state that A alone
-    hardly holds, as what is gone after a period, A's rounding would say the unit.
+    With B and C what enters and leaves counts too, as one more state with a unit of its own: of a
+    state that A alone hardly holds, as what is gone after a period, A's rounding would say the
+    unit.
     """
     n = len(a)
     if b is None or c is None:

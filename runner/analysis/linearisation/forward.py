@@ -142,8 +142,8 @@ class MachineCode:
 class Course:
     """The run of a plan from tick 0, without noise: how far it has got, and its machine code.
 
-    An analysis owns one. Runs that go on from elsewhere borrow its machine code, and so does a course `like` another
-    whose plan differs in numbers alone.
+    An analysis owns one. Runs that go on from elsewhere borrow its machine code, and so does a
+    course `like` another whose plan differs in numbers alone.
     """
 
     def __init__(self, plan: Plan, like: "Course | None" = None, many: bool = False) -> None:
@@ -165,8 +165,9 @@ class Course:
     ) -> "SlopeCode | None":
         """Return the machine code of ticks with their slopes, and those by all of `noise`, if the plan has such.
 
-        There is none for a few `ticks` of one course, and with noise for a few in all: plain Python takes less time. It
-        is that of some `blocks` and of what they depend on, where these are the lesser part of the plan.
+        There is none for a few `ticks` of one course, and with noise for a few in all: plain Python
+        takes less time. It is that of some `blocks` and of what they depend on, where these are the
+        lesser part of the plan.
         """
         if self.like is not None:
             return self.like.slopes(ticks, noise, blocks)
@@ -266,8 +267,9 @@ class Onward:
         """Return what wires of one number hold, a row for each of some ticks.
 
         They are those of blocks that run `alone`, and of `timed` ones, whose signals are away from where they are,
-        held or at the `entries` of small signals: nothing would show that a gate opens on a signal that is zero. From
-        tick 0 on they are found once for all courses that are alike, where these blocks are the same.
+        held or at the `entries` of small signals: nothing would show that a gate opens on a signal
+        that is zero. From tick 0 on they are found once for all courses that are alike, where these
+        blocks are the same.
         """
         like, blocks, running = self.course.like, self.course.plan.blocks, alone | timed
         if like is not None and not self.begin.tick and all(blocks[n] is like.plan.blocks[n] for n in running):

@@ -83,9 +83,10 @@ def holders(parts: Array, names: Sequence[str]) -> tuple[str, ...]:
 def _invariant(a: Array, least: float) -> tuple[Complex, Complex]:
     """Return bases of the right and the left invariant subspace of eigenvalues above a size, with W V = 1.
 
-    Both follow from one Schur form, with W = [1 Y] of T11 Y - Y T22 = T12. The subspaces of A and of A', looked for
-    apart, need not have as many dimensions where eigenvalues lie close together. States come in an order in which
-    integrators in a chain, which have no bound, are on the diagonal: otherwise rounding would scatter them.
+    Both follow from one Schur form, with W = [1 Y] of T11 Y - Y T22 = T12. The subspaces of A and
+    of A', looked for apart, need not have as many dimensions where eigenvalues lie close together.
+    States come in an order in which integrators in a chain, which have no bound, are on the
+    diagonal: otherwise rounding would scatter them.
     """
     order = [state for part in parts_of(a)[::-1] for state in part]
     form, ordered, count = _schur(a[np.ix_(order, order)], output="complex", sort=lambda value: abs(value) > least)

@@ -1,7 +1,8 @@
 """Operating points that a run leaves: small signals find another graph at its end.
 
-A map that hardly changes from one period to the next counts as that of the graph, however far it gets in time. So a map
-that moves on at all is compared with that of the last whole period of the graph's own run.
+A map that hardly changes from one period to the next counts as that of the graph, however far it
+gets in time. So a map that moves on at all is compared with that of the last whole period of the
+graph's own run.
 """
 
 from proofmass.blocks.declaration.problem import ModelError

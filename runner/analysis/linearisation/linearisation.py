@@ -7,8 +7,8 @@
 3. the end of the graph's own run;
 4. an orbit that repeats, as of a carrier, which takes longest to find.
 
-A loop that is unstable at one of them but not at a later one was starting up. One that is unstable at all of them is
-unstable, and the answer is that of the first.
+A loop that is unstable at one of them but not at a later one was starting up. One that is unstable
+at all of them is unstable, and the answer is that of the first.
 """
 
 from collections.abc import Callable, Hashable, Iterator, Sequence
@@ -201,9 +201,10 @@ class OperatingPoints:
     def answered(self, ask: Callable[[Linearisation], _Answer], first: int = 0) -> _Answer:
         """Return what is answered at the operating point, or at the first one that has an answer.
 
-        A point that the run leaves counts where no later one has an answer. `first` is the base tick with which the
-        search begins. Raises `ModelError`: that of the first point after the start where there is one, since a start
-        may grow, be open or silent that a run leaves behind.
+        A point that the run leaves counts where no later one has an answer. `first` is the base
+        tick with which the search begins. Raises `ModelError`: that of the first point after the
+        start where there is one, since a start may grow, be open or silent that a run leaves
+        behind.
         """
         none: list[ModelError] = []  # where there is no such point
         refused: list[ModelError] = []
@@ -241,8 +242,9 @@ class OperatingPoints:
     ) -> tuple[Linearisation, OpenLoop]:
         """Return the loop through an output as `loop` does, and what it is taken from.
 
-        A loop that makes growth itself may settle elsewhere. An oscillation that something else bounds, such as the
-        range of a converter, does not make it stable: its verdict is that of the start.
+        A loop that makes growth itself may settle elsewhere. An oscillation that something else
+        bounds, such as the range of a converter, does not make it stable: its verdict is that of
+        the start.
         """
         starting: list[tuple[Linearisation, OpenLoop]] = []
 

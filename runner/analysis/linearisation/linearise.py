@@ -33,17 +33,20 @@ def linearise(
 ) -> "control.StateSpace":
     """Return the linearised sampled system of a graph as a `control.StateSpace`, exact for signals held between ticks.
 
-    `inputs` are outputs of blocks, such as "acceleration.output"; inputs of the system are added to their values.
-    `outputs` are the observed signals. With `loop`, the name of a loop or an output at which to open one, the system
-    is the open loop L of negative feedback instead: 1 + L = 0 at the closed-loop poles. `dt` is the least time after
-    which all blocks between tick together; a wire that ticks more often in it has one entry for each of its ticks.
+    `inputs` are outputs of blocks, such as "acceleration.output"; inputs of the system are added to
+    their values. `outputs` are the observed signals. With `loop`, the name of a loop or an output
+    at which to open one, the system
+    is the open loop L of negative feedback instead: 1 + L = 0 at the closed-loop poles. `dt` is the
+    least time after which all blocks between tick together; a wire that ticks more often in it has
+    one entry for each of its ticks.
 
-    The operating point is found, unless `at` names it: the graph's state at a time, after a run from tick 0, or where
-    its loops have "settled", or "periodic": an orbit that comes back, as that of a carrier, found by Newton's method.
-    Quantisers count as gain one, limits as their slope at the operating point. States that do not lie between inputs
-    and outputs are left out. With `minimal`, so are modes that do not decay and that no input reaches or no output
-    shows: an integrator after a difference, the phase of an oscillation. The remaining states are then not those of
-    blocks.
+    The operating point is found, unless `at` names it: the graph's state at a time, after a run
+    from tick 0, or where its loops have "settled", or "periodic": an orbit that comes back, as that
+    of a carrier, found by Newton's method. Quantisers count as gain one, limits as their slope at
+    the operating point. States that do not lie between inputs and outputs are left out. With
+    `minimal`, so are modes that do not decay and that no input reaches or no output shows: an
+    integrator after a difference, the phase of an oscillation. The remaining states are then not
+    those of blocks.
 
     Raises `ModelError` that names the block that cannot be linearised.
 

@@ -1,10 +1,11 @@
 """All roots of a polynomial of hundreds of degrees at once, in double precision.
 
-The method is Aberth's (Communications of the ACM 16, 1973, 339), from the circles of Newton's polygon (Bini, Numerical
-Algorithms 13, 1996, 179). Roots are known less 1, and near 1, where the poles of slow loops lie close together, the
-polynomial is one in z - 1. Its coefficients are exact, so its values do not cancel there. Each root is a ball around
-the last step times the degree, which holds a root. Those next to the unit circle go on with Newton's method, in as many
-bits as roots of small polynomials have.
+The method is Aberth's (Communications of the ACM 16, 1973, 339), from the circles of Newton's
+polygon (Bini, Numerical Algorithms 13, 1996, 179). Roots are known less 1, and near 1, where the
+poles of slow loops lie close together, the polynomial is one in z - 1. Its coefficients are exact,
+so its values do not cancel there. Each root is a ball around the last step times the degree, which
+holds a root. Those next to the unit circle go on with Newton's method, in as many bits as roots of
+small polynomials have.
 """
 
 import math

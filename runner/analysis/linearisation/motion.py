@@ -1,11 +1,13 @@
 """Instants of an orbit that moves while a loop stands still for it: whether its gain margins move, and where to look.
 
-A loop that changes little in the time of its lowest gain crossover is taken as it stands. Where L is negative, at
-higher frequencies, the same motion may change it much more. So it is with a carrier that turns slowly against the ticks
-at which it is demodulated: what a step of the wire does at once depends on the carrier's place.
+A loop that changes little in the time of its lowest gain crossover is taken as it stands. Where L
+is negative, at higher frequencies, the same motion may change it much more. So it is with a carrier
+that turns slowly against the ticks at which it is demodulated: what a step of the wire does at once
+depends on the carrier's place.
 
-Others are open but for instants: calibrations that count ticks, take a mean, and then set a parameter. From instant to
-instant a counter goes on by the same step. Where it does not, the loop may be closed for a tick.
+Others are open but for instants: calibrations that count ticks, take a mean, and then set a
+parameter. From instant to instant a counter goes on by the same step. Where it does not, the loop
+may be closed for a tick.
 """
 
 from collections.abc import Collection, Iterable

@@ -1,7 +1,8 @@
 """An exact quotient N / D on the unit circle, to rounding: also next to its poles and where those lie close to 1.
 
-Polynomials of a moderate degree are products: z less a root has all its digits, since both are known less 1. Those of
-long filters, which have many zeros, are sums of powers of z, or of z - 1 next to 1 (`PolynomialValues`).
+Polynomials of a moderate degree are products: z less a root has all its digits, since both are
+known less 1. Those of long filters, which have many zeros, are sums of powers of z, or of z - 1
+next to 1 (`PolynomialValues`).
 """
 
 import math

@@ -1,8 +1,9 @@
 """A loop opened at a wire, as a sampled system: frequency response, closed-loop poles, sensitivity.
 
-L is minus the signal from the wire's source over the signal at its readers, as is usual for negative feedback: the loop
-is stable if the zeros of det(I + L) lie inside the unit circle. Where slower blocks lie in the loop, L is lifted: one
-period of the loop holds `per_period` values of the wire.
+L is minus the signal from the wire's source over the signal at its readers, as is usual for
+negative feedback: the loop is stable if the zeros of det(I + L) lie inside the unit circle. Where
+slower blocks lie in the loop, L is lifted: one period of the loop holds `per_period` values of the
+wire.
 """
 
 import cmath
@@ -32,8 +33,8 @@ _schur: Any = scipy.linalg.schur
 class OpenLoop:
     """L(z) = C (z I - A)^-1 B + D, z = exp(j w T) over the common period T; z = j w where it is `continuous`.
 
-    `variation` is that of the closed transition matrix from one period to the next at the operating point; None where
-    there is none.
+    `variation` is that of the closed transition matrix from one period to the next at the operating
+    point; None where there is none.
     """
 
     map: PeriodMap
@@ -68,8 +69,8 @@ class OpenLoop:
     def single(self) -> tuple[Array, Array, Array, float] | None:
         """A, b, c and d of the one L that decides on stability, det(I + L) = 1 + L; None where no single one does.
 
-        It does where a period has one value of the wire, where one of several values is read or given, and where all
-        are read alike, as by an average.
+        It does where a period has one value of the wire, where one of several values is read or
+        given, and where all are read alike, as by an average.
         """
         a, b, c, d = self.matrices
         factors = _factored(np.vstack([b, d]))

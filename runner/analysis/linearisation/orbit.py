@@ -1,17 +1,17 @@
 """Linear maps about operating points that are what they claim: the orbit closes, moves slowly, or makes no difference.
 
-A map of one common period is linear and time-invariant where the graph is the same in every period. Where carriers are
-mixed it depends on their phases, and repeats only if they fit the period. So the map is compared with those of later
-periods. Where they differ, it may be taken
+A map of one common period is linear and time-invariant where the graph is the same in every period.
+Where carriers are mixed it depends on their phases, and repeats only if they fit the period. So the
+map is compared with those of later periods. Where they differ, it may be taken
 
 - over k periods, if the orbit closes after k: this is exact, since the map of k periods does not change; or
 - over one, if it changes little in 1 / w, w being the lowest gain crossover: a loop frozen in its motion.
 
-A switch that waits, such as a chopper, changes nothing until then, so that a run is followed for as long as a change
-would matter (`waiting`).
+A switch that waits, such as a chopper, changes nothing until then, so that a run is followed for as
+long as a change would matter (`waiting`).
 
-Otherwise no time-invariant map describes the loop, and it is refused. Tick 0 is not refused, since a graph starts there
-from its initial values; a note says if it is not at rest.
+Otherwise no time-invariant map describes the loop, and it is refused. Tick 0 is not refused, since
+a graph starts there from its initial values; a note says if it is not at rest.
 """
 
 import math
@@ -198,9 +198,10 @@ class OrbitSearch:
     def _stretches(self, first: PeriodMap) -> OrbitPoint | None:
         """Return the map over a stretch of the run that the loop forgets itself in, and over those that follow.
 
-        The orbit does not come back, as on a carrier that fits no number of periods; what a stretch does to small
-        signals hardly depends on where it begins if it is long. At its limits a loop forgets nothing, so that a stretch
-        ends where the orbit is nearest to where it began: else each repetition would turn the carrier by the rest.
+        The orbit does not come back, as on a carrier that fits no number of periods; what a stretch
+        does to small signals hardly depends on where it begins if it is long. At its limits a loop
+        forgets nothing, so that a stretch ends where the orbit is nearest to where it began: else
+        each repetition would turn the carrier by the rest.
         """
         crossovers = self._run.crossovers(first)
         if not crossovers or self._run.course.slopes() is None:
@@ -245,9 +246,10 @@ class OrbitSearch:
     ) -> float:
         """Return the change between the maps `first` and `later` of a period, in the time of the lowest crossover.
 
-        Between wires it is the time of the slowest pole of the map `of_period`, which a `following` one repeats. The
-        change is what the fastest one adds up to in that time, unless that comes and goes: then it is no more than the
-        largest, or what the one over the longest time adds up to.
+        Between wires it is the time of the slowest pole of the map `of_period`, which a `following`
+        one repeats. The change is what the fastest one adds up to in that time, unless that comes
+        and goes: then it is no more than the largest, or what the one over the longest time adds up
+        to.
         """
         crossovers = self._run.crossovers(of_period)
         crossed = 2.0 * math.pi * np.array(crossovers) * self._period

@@ -221,19 +221,23 @@ def period_map(
 ) -> PeriodMap:
     """Linearise what lies between some wires, from a memory on, or from tick 0.
 
-    The map covers this many common `periods`, or `span` base ticks. Buffers that are `rings` count from their places.
-    `point_slopes` are the derivatives of the memory there `by_parameters`. Without them, memory that still has
+    The map covers this many common `periods`, or `span` base ticks. Buffers that are `rings` count
+    from their places. `point_slopes` are the derivatives of the memory there `by_parameters`.
+    Without them, memory that still has
     its start value has the derivatives of that.
-    The map of a loop through one wire is made `by_ticks`, of the states that lie in the loop alone, where it can be.
-    With `integrated` continuous groups move as in a run, and are linearised along the way within each tick.
+    The map of a loop through one wire is made `by_ticks`, of the states that lie in the loop alone,
+    where it can be. With `integrated` continuous groups move as in a run, and are linearised along
+    the way within each tick.
 
-    `inputs` are added to the signals of their wires, or replace them if `cut`. States are those of blocks on paths from
-    inputs to outputs, or of `everything` that the outputs depend on. Of blocks with `noise` the
-    deviates and the errors of quantisers are further inputs, what `quantisers` are given, or all of them, is a further
-    output (`NoisyTicks`), and the states are those of blocks on paths from there too. With `drawn` that is along a run
-    with noise. `slopes` returns the machine code of ticks with their slopes, if the plan has such, for long periods.
-    With `later`, which runs a memory on by some ticks, a wire that holds its value counts once, where all of its values
-    are held alike. The map then begins with a new value.
+    `inputs` are added to the signals of their wires, or replace them if `cut`. States are those of
+    blocks on paths from inputs to outputs, or of `everything` that the outputs depend on. Of blocks
+    with `noise` the
+    deviates and the errors of quantisers are further inputs, what `quantisers` are given, or all of
+    them, is a further output (`NoisyTicks`), and the states are those of blocks on paths from there
+    too. With `drawn` that is along a run with noise. `slopes` returns the machine code of ticks
+    with their slopes, if the plan has such, for long periods. With `later`, which runs a memory on
+    by some ticks, a wire that holds its value counts once, where all of its values are held alike.
+    The map then begins with a new value.
 
     Raises `ModelError` that names the block that cannot be linearised.
     """

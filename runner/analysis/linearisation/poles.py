@@ -1,12 +1,14 @@
 """Poles, their distance from the boundary of stability, and how well that is known.
 
-A pole p moves by w dA v / (w v) when the numbers of its matrix change by dA, v and w its right and left vectors (Golub
-and Van Loan, Matrix Computations, 7.2.2). The error of each number is its rounding and, at an operating point that is
-not at rest, its change until it is. A verdict within that error is "marginal", neither stable nor unstable.
+A pole p moves by w dA v / (w v) when the numbers of its matrix change by dA, v and w its right and
+left vectors (Golub and Van Loan, Matrix Computations, 7.2.2). The error of each number is its
+rounding and, at an operating point that is not at rest, its change until it is. A verdict within
+that error is "marginal", neither stable nor unstable.
 
-A number of a period is a sum over its ticks, of terms that may be larger: its rounding is that of the geometric mean of
-the largest numbers in its row and in its column. Roundings are taken as independent. Where numbers belong together, as
-in an integrator and the difference that undoes it, that is far too much; so they count up to 1e-12 only.
+A number of a period is a sum over its ticks, of terms that may be larger: its rounding is that of
+the geometric mean of the largest numbers in its row and in its column. Roundings are taken as
+independent. Where numbers belong together, as in an integrator and the difference that undoes it,
+that is far too much; so they count up to 1e-12 only.
 """
 
 import math
@@ -107,8 +109,8 @@ def judge(
 ) -> list[Pole]:
     """Return the poles of a closed transition matrix from its roots as balls.
 
-    `variation` is None where periods are alike. `ticks` is how many ticks a period has: each adds its roundings to the
-    entries.
+    `variation` is None where periods are alike. `ticks` is how many ticks a period has: each adds
+    its roundings to the entries.
     """
     distances = [_distance(root, sampled) for root in balls]
     alike, scale = balanced(closed)

@@ -4,9 +4,10 @@ A double is a fraction with a power of two below, so that N and D are known exac
 
     D(z) = det(z - A),   N(z) = det(z - A + B C) - (1 - d) D(z).
 
-Sampled loops are turned onto the axis s = j t by z = (1 + s) / (1 - s), t = tan(w T / 2), as in Franklin, Powell and
-Workman, Digital Control of Dynamic Systems, 6.3, so that the rest is written once, for both kinds of loops. The
-integers have thousands of bits; FLINT (flintlib.org) does their arithmetic.
+Sampled loops are turned onto the axis s = j t by z = (1 + s) / (1 - s), t = tan(w T / 2), as in
+Franklin, Powell and Workman, Digital Control of Dynamic Systems, 6.3, so that the rest is written
+once, for both kinds of loops. The integers have thousands of bits; FLINT (flintlib.org) does their
+arithmetic.
 """
 
 import math

@@ -1,9 +1,10 @@
 """The positive real roots of polynomials with integer coefficients, each alone in a ball.
 
-By Descartes' rule of signs a polynomial has at most as many positive roots as its coefficients change signs, and just
-as many with no change or one. An interval in which there may be more is cut in two (Collins and Akritas, SYMSAC 1976,
-272), between powers of two first. Roots elsewhere cost nothing, as the cluster at -1 that delays leave on the axis of a
-sampled loop. Newton's method makes roots precise, and a change of sign proves them.
+By Descartes' rule of signs a polynomial has at most as many positive roots as its coefficients
+change signs, and just as many with no change or one. An interval in which there may be more is cut
+in two (Collins and Akritas, SYMSAC 1976, 272), between powers of two first. Roots elsewhere cost
+nothing, as the cluster at -1 that delays leave on the axis of a sampled loop. Newton's method makes
+roots precise, and a change of sign proves them.
 """
 
 from collections.abc import Iterator

@@ -1,7 +1,8 @@
 """Rings: buffers in which a place moves on by as many cells in each period, as those of delay lines.
 
-Cell i is entry (i - place) modulo the cells in coordinates that move with the place. There a delay is a shift register,
-whose map is the same in every period, and the period of a loop is that of its schedule, not the turn of a ring.
+Cell i is entry (i - place) modulo the cells in coordinates that move with the place. There a delay
+is a shift register, whose map is the same in every period, and the period of a loop is that of its
+schedule, not the turn of a ring.
 """
 
 import math

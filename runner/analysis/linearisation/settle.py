@@ -1,13 +1,15 @@
 """The operating point at which the loops of a graph have come to rest.
 
-The graph runs for 1, 2, 4, 8, 16, 31, 59, ... of its common periods, 15/8 as long each time so that no periodic signal
-can hide. It has settled when twice in a row no state of blocks in loops has changed by more than `TOLERANCE` of its
-largest value, which leaves room for the dither of converters, and none is under way to more than that. A decaying mode
-has then decayed to the 3.5th power of `TOLERANCE`, whatever its time constant and the length of a tick. Integers and
-switches are left out. Loops that are unstable in tick 0 may still settle at a limit.
+The graph runs for 1, 2, 4, 8, 16, 31, 59, ... of its common periods, 15/8 as long each time so that
+no periodic signal can hide. It has settled when twice in a row no state of blocks in loops has
+changed by more than `TOLERANCE` of its largest value, which leaves room for the dither of
+converters, and none is under way to more than that. A decaying mode has then decayed to the 3.5th
+power of `TOLERANCE`, whatever its time constant and the length of a tick. Integers and switches are
+left out. Loops that are unstable in tick 0 may still settle at a limit.
 
-A slow mode hardly moves between two looks. It shows in equal steps before a look: a state that goes one way in all of
-them goes on by d r / (1 - r), with its last step d and their quotient r, as a geometric series does. States of
+A slow mode hardly moves between two looks. It shows in equal steps before a look: a state that goes
+one way in all of them goes on by d r / (1 - r), with its last step d and their quotient r, as a
+geometric series does. States of
 blocks before loops count so too, as of the slow filter of a reference.
 """
 

@@ -1,11 +1,12 @@
 """The steady state of a linear map with a constant input: scale factor and bias, and their derivatives by parameters.
 
-x = A x + B u + step has one solution where no pole lies at 1. Modes that do not decay are projected out first if input
-and constants do not reach them or the output does not show them (`lasting`): an integrator after a difference, the
-phase of an oscillation.
+x = A x + B u + step has one solution where no pole lies at 1. Modes that do not decay are projected
+out first if input and constants do not reach them or the output does not show them (`lasting`): an
+integrator after a difference, the phase of an oscillation.
 
-An operating point has derivatives by the parameters too: a graph stands elsewhere with another spring. Near the start
-they come from a run from tick 0 in dual numbers. An operating point x that comes back after a period has
+An operating point has derivatives by the parameters too: a graph stands elsewhere with another
+spring. Near the start they come from a run from tick 0 in dual numbers. An operating point x that
+comes back after a period has
 those of the implicit function: x = F(x, p) gives dx/dp = (I - A)^-1 dF/dp.
 """
 

@@ -2,9 +2,9 @@
 
     y[k] = c[k] x[k] + d[k] u[k],   x[k+1] = a[k] x[k] + b[k] u[k],   k = 0 ... p - 1,   x[p] is the next x[0]
 
-Closed through a factor f, u = f y, one period is the product of a[k] + b[k] c[k] f / (1 - f d[k]). For few factors it
-is computed pair by pair, for many of them value by value, side by side. Each part has its own power of two, so that a
-loop which grows by any factor and shrinks again is exact.
+Closed through a factor f, u = f y, one period is the product of a[k] + b[k] c[k] f / (1 - f d[k]).
+For few factors it is computed pair by pair, for many of them value by value, side by side. Each
+part has its own power of two, so that a loop which grows by any factor and shrinks again is exact.
 """
 
 from collections.abc import Mapping, Sequence
@@ -121,8 +121,9 @@ class TickMaps:
 
         What is `near` the unit circle counts as on it, but for the `hidden` poles there, which are there at any level.
 
-        They are the eigenvalues on the unit circle of the symplectic pencil of the period, composed of those of its
-        values as waves pass layers one after the other (Anderson, Int. J. Control 28, 1978, 295).
+        They are the eigenvalues on the unit circle of the symplectic pencil of the period, composed
+        of those of its values as waves pass layers one after the other (Anderson, Int. J. Control
+        28, 1978, 295).
         """
         closed = self.fed_back()
         b, c, d = closed.b, closed.c, offset + closed.d

@@ -1,9 +1,10 @@
 """Crossovers and peaks on the frequency axis as real roots, proved to be complete.
 
-On the axis s = j t a polynomial is e(y) + j t o(y), y = t^2, so that |N|^2 - |D|^2, the imaginary part of N conj(D) and
-the slope of |D|^2 / |N + D|^2 are polynomials in y with integer coefficients. Their positive roots are separated by
-certified arithmetic (Arb: Johansson, IEEE Trans. Computers 66, 2017, 1281): none is missed, none invented, however
-narrow a resonance or however near to each other two crossovers are.
+On the axis s = j t a polynomial is e(y) + j t o(y), y = t^2, so that |N|^2 - |D|^2, the imaginary
+part of N conj(D) and the slope of |D|^2 / |N + D|^2 are polynomials in y with integer coefficients.
+Their positive roots are separated by certified arithmetic (Arb: Johansson, IEEE Trans. Computers
+66, 2017, 1281): none is missed, none invented, however narrow a resonance or however near to each
+other two crossovers are.
 """
 
 import math

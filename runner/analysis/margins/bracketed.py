@@ -2,10 +2,10 @@
 
 scipy.optimize has them too, but takes as long to import as the margins of most loops.
 
-Factors at a wire with which a loop is stable are found by following its slowest pole. Its growth g, the logarithm of
-the largest size of a pole, is continuous in the factor. Between two places it keeps its sign if it changes by less than
-half of itself, at their middle too; any other step is halved, down to a thousandth. Growths that rounding hides count
-neither as stable nor as unstable.
+Factors at a wire with which a loop is stable are found by following its slowest pole. Its growth g,
+the logarithm of the largest size of a pole, is continuous in the factor. Between two places it
+keeps its sign if it changes by less than half of itself, at their middle too; any other step is
+halved, down to a thousandth. Growths that rounding hides count neither as stable nor as unstable.
 """
 
 import math
@@ -35,8 +35,9 @@ Growths = Callable[[npt.NDArray[Any]], Array]  # of many places at once
 def zeros_between(function: RealCurve, low: Array, high: Array, scale: float = 1.0) -> Array:
     """The zeros of a function that changes its sign between two places, for many pairs, but for rounding.
 
-    It is that of a place, or of the `scale` where that is more. The way there is inverse quadratic interpolation where
-    that is safe, else bisection (Chandrupatla, Advances in Engineering Software 28, 1997, 145).
+    It is that of a place, or of the `scale` where that is more. The way there is inverse quadratic
+    interpolation where that is safe, else bisection (Chandrupatla, Advances in Engineering Software
+    28, 1997, 145).
     """
     if not len(low):
         return np.zeros(0)

@@ -1,9 +1,10 @@
 """The delay margin of a loop with several values of its wire in a period: whole values before the first too many.
 
-A delay of r values and q periods is a register of r values, and q periods are a factor z^-q at the wire. So a pole
-exp(j theta) on the unit circle is one that a factor exp(-j phi) puts there, with q theta = phi but for whole turns. All
-such pairs are found for each r. As q grows past phi / theta the pole leaves the circle, to the side to which it leaves
-it as phi grows: the unstable poles of each q are counted.
+A delay of r values and q periods is a register of r values, and q periods are a factor z^-q at the
+wire. So a pole exp(j theta) on the unit circle is one that a factor exp(-j phi) puts there, with q
+theta = phi but for whole turns. All such pairs are found for each r. As q grows past phi / theta
+the pole leaves the circle, to the side to which it leaves it as phi grows: the unstable poles of
+each q are counted.
 """
 
 import math

@@ -71,8 +71,9 @@ def check_by_sweep(
 ) -> None:
     """Compare L by the polynomials of a loop, `exact`, with its state space; raises `ArithmeticError` if they disagree.
 
-    They are compared between the crossovers, at frequencies where floating point gives L reliably. What `hidden` poles
-    and the zeros next to them leave of each other, as far as they are known, is allowed for.
+    They are compared between the crossovers, at frequencies where floating point gives L reliably.
+    What `hidden` poles and the zeros next to them leave of each other, as far as they are known, is
+    allowed for.
     """
     single = system.single()
     if single is None or not len(single[0]):

@@ -1,9 +1,10 @@
 """The figures of a loop opened at a wire that has several values in a common period, of which more than one matters.
 
-No single L exists: L is the matrix of the lifted system (`open_loop`), S and T are matrices whose size is the largest
-singular value. Gain and phase margin are the factor and the turn at the wire that put a pole of the closed period on
-the unit circle; the delay margin is the number of whole samples before the first that does (`delays`). Crossovers are
-those of the response at the input's own frequency, found by a sweep.
+No single L exists: L is the matrix of the lifted system (`open_loop`), S and T are matrices whose
+size is the largest singular value. Gain and phase margin are the factor and the turn at the wire
+that put a pole of the closed period on the unit circle; the delay margin is the number of whole
+samples before the first that does (`delays`). Crossovers are those of the response at the input's
+own frequency, found by a sweep.
 """
 
 import math
@@ -92,11 +93,12 @@ def largest(system: OpenLoop, offset: float, closed: Samples) -> tuple[float, fl
 def _peak(system: OpenLoop, offset: float, closed: Samples) -> tuple[float, float, float | None]:
     """Return the angle over a period and the value of the largest, and its frequency if its own line is the largest.
 
-    It is no less than at rest, or than that of the response at the own frequency, of which `closed` holds samples. Some
-    singular value crosses a level just above the largest at a frequency if and only if there is a larger one elsewhere:
-    so the level is raised, by values between crossings if a period has few (Bruinsma and Steinbuch, Systems and Control
-    Letters 14, 1990, 287), and else by bisection. Where a narrow peak comes too near to its level to be told apart, no
-    place between its crossings is higher.
+    It is no less than at rest, or than that of the response at the own frequency, of which `closed`
+    holds samples. Some singular value crosses a level just above the largest at a frequency if and
+    only if there is a larger one elsewhere: so the level is raised, by values between crossings if
+    a period has few (Bruinsma and Steinbuch, Systems and Control Letters 14, 1990, 287), and else
+    by bisection. Where a narrow peak comes too near to its level to be told apart, no place between
+    its crossings is higher.
     """
     period, values = system.map.period, system.per_period
     near = min(_ON_CIRCLE, _BEFORE * float(np.min(1.0 - np.abs(system.poles), initial=1.0)))

@@ -1,8 +1,9 @@
 """Modes that a loop of several wires, or values of its wire in a period, does not see, and the loop without them.
 
-A closed-loop pole p with the vectors v and w moves by w B' D C' v / (w v) when the wire passes I + D instead of I; B'
-and C' are those of the closed loop (Golub and Van Loan, Matrix Computations, 7.2.2). A pole on the boundary of
-stability that |B'| |C'| cannot move further than it is known is hidden, such as the phase of an oscillation.
+A closed-loop pole p with the vectors v and w moves by w B' D C' v / (w v) when the wire passes I +
+D instead of I; B' and C' are those of the closed loop (Golub and Van Loan, Matrix Computations,
+7.2.2). A pole on the boundary of stability that |B'| |C'| cannot move further than it is known is
+hidden, such as the phase of an oscillation.
 """
 
 import math

@@ -1,9 +1,10 @@
 """Margins of many sensors of one plan: maps by machine code, figures side by side, the certified path where it counts.
 
-The first sensor, the plan itself, is linearised in full. Another takes the fast path if its loop is of the same kind:
-the map of one common period at the same operating point, which the next period repeats, of the same states, with one
-value of the wire. Any other, and any near a limit, is linearised in full too. Whether a sensor stands alone or among
-others makes no difference to its figures.
+The first sensor, the plan itself, is linearised in full. Another takes the fast path if its loop is
+of the same kind: the map of one common period at the same operating point, which the next period
+repeats, of the same states, with one value of the wire. Any other, and any near a limit, is
+linearised in full too. Whether a sensor stands alone or among others makes no difference to its
+figures.
 """
 
 import math

@@ -7,8 +7,8 @@ Two stages remove from the quotient N / D what the loop does not see:
 2. closed-loop poles on the boundary of stability, as far as that is known (`poles`), at which the open loop has a
    pole and a zero: no gain moves them, such as the neutral phase of an oscillation.
 
-A pole and a zero that are close, but further apart than rounding, both count. N and D lose as many zeros each: of a
-pair of conjugates of which one stays, the real part does.
+A pole and a zero that are close, but further apart than rounding, both count. N and D lose as many
+zeros each: of a pair of conjugates of which one stays, the real part does.
 """
 
 import math
@@ -71,8 +71,8 @@ def seen(
 ) -> Seen:
     """Take hidden modes out of the quotient of a loop, opened with A, B and C, and judge its closed-loop poles.
 
-    `variation` is that from one period to the next at the operating point; None where there is none. `ticks` is how
-    many ticks a period has.
+    `variation` is that from one period to the next at the operating point; None where there is
+    none. `ticks` is how many ticks a period has.
     """
     numerator, denominator, common = coprime(whole.numerator, whole.denominator)
     unseen = [root for root in roots(common, sampled) if not (sampled and root.is_zero())]
@@ -147,8 +147,9 @@ def _blocks_of(
 ) -> tuple[str, ...]:
     """Blocks that move in a hidden mode, those that move most first.
 
-    Such a mode moves without being seen, or is not reached: vectors x with (A - p)^m x = 0 and C (A - p)^k x = 0, or
-    the same of the transposed system (Popov, Belevitch and Hautus; Kailath, Linear Systems, 6.2).
+    Such a mode moves without being seen, or is not reached: vectors x with (A - p)^m x = 0 and C
+    (A - p)^k x = 0, or the same of the transposed system (Popov, Belevitch and Hautus; Kailath,
+    Linear Systems, 6.2).
     """
     a, b, c = system
     alike, scale = balanced(a)

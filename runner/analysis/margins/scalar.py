@@ -86,8 +86,9 @@ def _delay_margin(axis: Axis, gains: list[Crossing]) -> tuple[Crossing | None, f
 def _stable_gains(axis: Axis, limits: list[_Limit]) -> tuple[FactorInterval, ...]:
     """The intervals between critical factors in which all poles are inside.
 
-    Poles outside are counted in the first interval, and on from there as they cross the boundary. Where that does not
-    give the count of the last one, or a crossing does not tell its direction, each interval is counted.
+    Poles outside are counted in the first interval, and on from there as they cross the boundary.
+    Where that does not give the count of the last one, or a crossing does not tell its direction,
+    each interval is counted.
     """
     edges = [0.0, *dict.fromkeys(limit.factor for limit in limits), math.inf]
     intervals = list(pairwise(edges))

@@ -1,8 +1,9 @@
 """A second opinion on a loop by python-control: its poles, and the margins of its response over frequencies.
 
-python-control gets the loop as a `StateSpace`. The verdict is that of the poles of `feedback`. Its polynomial search
-for margins loses its digits beyond a few states, so `stability_margins` gets the response over a grid that is dense at
-the poles, then over one that is dense at the crossovers found. A grid shows no crossover at its ends, so the
+python-control gets the loop as a `StateSpace`. The verdict is that of the poles of `feedback`. Its
+polynomial search for margins loses its digits beyond a few states, so `stability_margins` gets the
+response over a grid that is dense at the poles, then over one that is dense at the crossovers
+found. A grid shows no crossover at its ends, so the
 response at 0 Hz, half the rate, and our crossovers counts too where it crosses there. A loop with a
 long delay crosses with every turn of it: the grid ends after the first of these, and there are only our crossovers on.
 """
@@ -57,8 +58,9 @@ class SecondOpinion(NamedTuple):
 def second_opinion(margins: Margins) -> SecondOpinion:
     """Return the verdict and the margins of a loop by python-control, and where they differ from ours.
 
-    `margins` are ours, of the same loop. Gain margins are in dB, phase margins in deg. Where python-control has none
-    that could be compared, the opinion gives the reason. Raises `ImportError` where python-control is damaged.
+    `margins` are ours, of the same loop. Gain margins are in dB, phase margins in deg. Where
+    python-control has none that could be compared, the opinion gives the reason.
+    Raises `ImportError` where python-control is damaged.
 
     >>> from proofmass import margins, read_graph, second_opinion
     >>> print(second_opinion(margins(read_graph("library:closed_loop_accelerometer"))))

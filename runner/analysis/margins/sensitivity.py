@@ -1,9 +1,9 @@
 """Exact derivatives of scale factor, bias and margins by every real parameter and named value of a graph.
 
-Scale factor and bias are those of the settled graph, linear about its operating point: output = bias + scale factor
-times input. A margin moves with its parameter so that a closed-loop pole stays on the boundary of stability, the unit
-circle or the axis: with right and left vectors v, w of that pole, d pole = w* dA v / (w* v) (Golub and Van Loan, Matrix
-Computations, 7.2.2).
+Scale factor and bias are those of the settled graph, linear about its operating point: output =
+bias + scale factor times input. A margin moves with its parameter so that a closed-loop pole stays
+on the boundary of stability, the unit circle or the axis: with right and left vectors v, w of that
+pole, d pole = w* dA v / (w* v) (Golub and Van Loan, Matrix Computations, 7.2.2).
 """
 
 import cmath
@@ -174,8 +174,9 @@ def _critical(
 ) -> tuple[complex, Callable[[Complex], complex]]:
     """Return a factor that turns the boundary at its closed-loop pole upright, and the move of the pole by a change.
 
-    The pole is the one that the factor puts `near` a place. Without a place it is that of all poles next to the
-    boundary which the factor moves most: the others are hidden, as the phase of an oscillation is.
+    The pole is the one that the factor puts `near` a place. Without a place it is that of all poles
+    next to the boundary which the factor moves most: the others are hidden, as the phase of an
+    oscillation is.
     """
     eigen: Any = scipy.linalg.eig  # its declared type leaves out the result with both vectors
     poles, left, right = eigen(system.closed(factor), left=True, right=True)

@@ -1,9 +1,10 @@
 """The margins of many sampled loops of one kind at once, in floating point; those that it is not sure of are named.
 
-Each loop has L = N / D in powers of d = z - 1, which is small where loops cross over, from its state space by Faddeev
-and LeVerrier (Householder, The Theory of Matrices in Numerical Analysis, 1964, 6.7). Its crossovers are bracketed on a
-grid of frequencies and bisected. A loop is left to the certified path if it has another number of crossovers than the
-first of its kind, nearly touches |L| = 1 elsewhere, or has a pole next to the unit circle.
+Each loop has L = N / D in powers of d = z - 1, which is small where loops cross over, from its
+state space by Faddeev and LeVerrier (Householder, The Theory of Matrices in Numerical Analysis,
+1964, 6.7). Its crossovers are bracketed on a grid of frequencies and bisected. A loop is left to
+the certified path if it has another number of crossovers than the first of its kind, nearly touches
+|L| = 1 elsewhere, or has a pole next to the unit circle.
 """
 
 import math

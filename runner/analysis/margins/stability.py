@@ -24,11 +24,11 @@ from proofmass.runner.planning.plan import plan
 def margins(graph: GraphSource, loop: str = "", *, at: At = AUTO) -> Margins:
     """The margins of one loop: by its name, by an output at which it is opened, or the only one that there is.
 
-    The operating point is found, unless `at` names it: a time, "settled" or "periodic". Raises `ModelError` where the
-    loop cannot be told or linearised.
+    The operating point is found, unless `at` names it: a time, "settled" or "periodic".
+    Raises `ModelError` where the loop cannot be told or linearised.
 
-    `graph` needs a control loop, and `loop` names one. Gains are factors, phases radians, times seconds, frequencies
-    Hz.
+    `graph` needs a control loop, and `loop` names one. Gains are factors, phases radians, times
+    seconds, frequencies Hz.
 
     >>> from proofmass import margins, read_graph
     >>> found = margins(read_graph("library:closed_loop_accelerometer"), "main")

@@ -4,9 +4,9 @@ The covariance is followed along the run without noise (`over_runs`), and the bu
 
     S(f) = 2 / (r sum w^2) E |sum over n of w[n] y[n] exp(-2 pi i f n / r)|^2,   rms^2 = sum w^2 E[y^2] / sum w^2
 
-y are the values of the output, r is their rate, and w is Hann's window over the last half of what is followed. So lines
-are as wide as 1.5 over that time. For a stationary output this is Welch's density (IEEE Trans. Audio and
-Electroacoustics 15, 1967, 70) in the mean over all runs.
+y are the values of the output, r is their rate, and w is Hann's window over the last half of what
+is followed. So lines are as wide as 1.5 over that time. For a stationary output this is Welch's
+density (IEEE Trans. Audio and Electroacoustics 15, 1967, 70) in the mean over all runs.
 """
 
 import math

@@ -67,13 +67,14 @@ def noise(
 ) -> NoiseBudget:
     """The noise budget of an output: density and rms of what each source makes there, exactly for small signals.
 
-    Sources are blocks that draw random numbers, those of a user too, and quantisers, whose error counts as white and
-    uniform over one step. What sampling, holding and decimation fold into the band is in it. `band` is in Hz, up to
-    half the rate of the output unless said; `at` is the operating point, as in `linearise`. With an `input` the density
-    is referred to it as well. Densities are those at some `frequencies` in Hz, ascending, or on a logarithmic grid.
+    Sources are blocks that draw random numbers, those of a user too, and quantisers, whose error
+    counts as white and uniform over one step. What sampling, holding and decimation fold into the
+    band is in it. `band` is in Hz, up to half the rate of the output unless said; `at` is the
+    operating point, as in `linearise`. With an `input` the density is referred to it as well.
+    Densities are those at some `frequencies` in Hz, ascending, or on a logarithmic grid.
 
-    With `derivatives` those of the rms by every real parameter come too, exactly, and what one more of each whole
-    number of a quantiser does to it, such as one more bit.
+    With `derivatives` those of the rms by every real parameter come too, exactly, and what one more
+    of each whole number of a quantiser does to it, such as one more bit.
 
     Raises `ModelError` for a graph that cannot be linearised, and for an output no noise reaches.
 

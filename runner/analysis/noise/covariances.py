@@ -29,8 +29,9 @@ class Last:
 class Stretch:
     """The mean power of the lines of some successive values, a sum Z of w y exp(-2 pi i f t) for each, by block.
 
-    Z moves on as what lasts does, x: with y = s x + r u within some ticks, E[Z x'] and E[|Z|^2] follow. `turns` are the
-    lines, in turns from value to value; `squares` are the sums of w^2 E[y^2] in each half of the window.
+    Z moves on as what lasts does, x: with y = s x + r u within some ticks, E[Z x'] and E[|Z|^2]
+    follow. `turns` are the lines, in turns from value to value; `squares` are the sums of w^2
+    E[y^2] in each half of the window.
     """
 
     def __init__(self, window: Array, first: int, turns: Array) -> None:

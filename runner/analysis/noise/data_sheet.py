@@ -1,8 +1,8 @@
 """From the figures of a data sheet to the blocks that make such noise.
 
-N is the coefficient of random walk, a one-sided density sqrt(2) N; B that of bias instability, whose flat Allan
-deviation is sqrt(2 ln 2 / pi) B = 0.664 B and whose one-sided density is B^2 / (pi f); K that of the random walk of the
-signal.
+N is the coefficient of random walk, a one-sided density sqrt(2) N; B that of bias instability,
+whose flat Allan deviation is sqrt(2 ln 2 / pi) B = 0.664 B and whose one-sided density is B^2 / (pi
+f); K that of the random walk of the signal.
 """
 
 import math
@@ -27,8 +27,9 @@ def noise_blocks_of(
 ) -> tuple[dict[str, Block], list[str]]:
     """Blocks and wires whose sum, `noise.output`, has a white `density` or `N`, flicker `B` and a random walk `K`.
 
-    Figures are quantities, "0.1 deg/sqrt(h)"; `unit` is that of the signal. With `flat` B is what the Allan deviation
-    comes down to. Flicker noise reaches down to a tenth of one by `longest`, in seconds, and up to half the rate.
+    Figures are quantities, "0.1 deg/sqrt(h)"; `unit` is that of the signal. With `flat` B is what
+    the Allan deviation comes down to. Flicker noise reaches down to a tenth of one by `longest`, in
+    seconds, and up to half the rate.
     """
     unit = unit or _unit_of(figures)
     numbers = {name: _number(name, text, unit) for name, text in figures.items()}

@@ -4,8 +4,9 @@ With P = A P A' + B V B' and Q = A' Q A + C' C / r the mean square over all freq
 
     2 tr(Q dA P A') + 2 tr(Q dB V B') + 2 / r tr(dC P C') + 2 / r tr(dD V D')
 
-and that in a band by the integral of its density's derivative, 4 T / r^2 Re sum of v conj(h) dh (`noise_map`). Either
-is linear in the changes of A, B, C and D: what stands with them is computed once, and counts for all parameters.
+and that in a band by the integral of its density's derivative, 4 T / r^2 Re sum of v conj(h) dh
+(`noise_map`). Either is linear in the changes of A, B, C and D: what stands with them is computed
+once, and counts for all parameters.
 """
 
 import math

@@ -1,13 +1,15 @@
 """Errors of roundings whose inputs lie on a grid: whole numbers of what was rounded before, times a few factors.
 
-The error of rounding y is uniform over one step if no multiple h y is nearly a sum of words z, which were rounded
-before, times whole numbers k. In steps, and for normal motion, its mean square is off by no more than
+The error of rounding y is uniform over one step if no multiple h y is nearly a sum of words z,
+which were rounded before, times whole numbers k. In steps, and for normal motion, its mean square
+is off by no more than
 
     12 / pi^2 sum over h and k of exp(-2 pi^2 V[h, k]) / h^2,   V[h, k] = variance of h y - k' z
 
 (Sripad and Snyder, IEEE Trans. Acoustics, Speech and Signal Processing 25, 1977, 442: the characteristic function at
-2 pi h, which a grid repeats). The same sum for the change of y bounds the correlation of successive errors. Where V[h]
-is zero, all errors are among h levels, which follow from the rule of rounding: one level is no noise.
+2 pi h, which a grid repeats). The same sum for the change of y bounds the correlation of successive
+errors. Where V[h] is zero, all errors are among h levels, which follow from the rule of rounding:
+one level is no noise.
 """
 
 import math
@@ -111,8 +113,8 @@ def _scaled(whole: PeriodMap, sizes: Mapping[Entry, float]) -> PeriodMap:
 def on_grids(whole: PeriodMap) -> Mapping[Entry, OnGrid]:
     """Return what the roundings of a map to quantisers are, by their entries, where their inputs lie on a grid.
 
-    What is rounded without an error is no word of its own: it is a sum of others. What hardly moves before it is
-    rounded does not move what comes after.
+    What is rounded without an error is no word of its own: it is a sum of others. What hardly moves
+    before it is rounded does not move what comes after.
     """
     own = whole.between()
     own = own.to_outputs([i for i, entry in enumerate(own.outputs) if rounds(entry[1])])

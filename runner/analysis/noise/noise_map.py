@@ -2,13 +2,15 @@
 
     x[n+1] = A x[n] + B w[n],   y[n] = C x[n] + D w[n],   H(z) = C (z - A)^-1 B + D
 
-w holds independent numbers of known variance v, y the r values of the output in a period T. The mean one-sided density
-of what repeats its statistics every period is, with z = exp(2 pi j f T) and up to half the rate of the output,
+w holds independent numbers of known variance v, y the r values of the output in a period T. The
+mean one-sided density of what repeats its statistics every period is, with z = exp(2 pi j f T) and
+up to half the rate of the output,
 
     S(f) = 2 T / r^2 sum over k of v[k] |sum over i of exp(-2 pi j f i T / r) H[i, k](z)|^2
 
-(Gardner, Cyclostationary Random Processes, 1985, section 12.4). All that sampling, holding and decimation fold back is
-in it. Its integral is the mean square of the output, which needs no integral:
+(Gardner, Cyclostationary Random Processes, 1985, section 12.4). All that sampling, holding and
+decimation fold back is in it. Its integral is the mean square of the output, which needs no
+integral:
 
     sum over k of v[k] (B' Q B + D' D / r)[k, k],   Q = A' Q A + C' C / r
 """

@@ -1,13 +1,14 @@
 """The standard deviation of one value over runs that differ in their random numbers: of an estimate, a result, a test.
 
-A budget is that of an output that goes on for ever. A value at one time of a run, such as what a calibration has found
-at its end, has a variance alone. It follows from all that happened since tick 0, by the exact derivatives along the run
-without noise:
+A budget is that of an output that goes on for ever. A value at one time of a run, such as what a
+calibration has found at its end, has a variance alone. It follows from all that happened since tick
+0, by the exact derivatives along the run without noise:
 
     P[n+1] = S P[n] S' + R V R'
 
-P is the covariance of what lasts from tick to tick, S and R are its slopes by that and by new random numbers of the
-variances V. Nothing need repeat or settle (Gelb, Applied Optimal Estimation, 1974, section 4.1).
+P is the covariance of what lasts from tick to tick, S and R are its slopes by that and by new
+random numbers of the variances V. Nothing need repeat or settle (Gelb, Applied Optimal Estimation,
+1974, section 4.1).
 """
 
 import math
@@ -81,10 +82,11 @@ def deviation_over_runs(
 ) -> ValueDeviation:
     """Return the standard deviation of an output at a time over runs of different seeds, exactly for small noise.
 
-    `graph` runs from tick 0, and random numbers count from there; `output` is "block.port". The value is that of its
-    last tick up to and with the time `until`, in seconds, which is the end of the graph's run unless said. Roundings
-    count as in `noise` where random numbers reach them; elsewhere they are alike in all runs. Machine code follows a
-    tick in some 0.2 ms, plain Python in 2 ms; `progress` is called with the ticks that are done and all of them.
+    `graph` runs from tick 0, and random numbers count from there; `output` is "block.port". The
+    value is that of its last tick up to and with the time `until`, in seconds, which is the end of
+    the graph's run unless said. Roundings count as in `noise` where random numbers reach them;
+    elsewhere they are alike in all runs. Machine code follows a tick in some 0.2 ms, plain Python
+    in 2 ms; `progress` is called with the ticks that are done and all of them.
 
     Raises `ModelError` for a graph that cannot be linearised.
 

@@ -1,16 +1,17 @@
 """Validity of a noise budget: whether errors of quantisers are white and uniform over one step, and noise is small.
 
-They are so where what the quantiser is given moves by enough of a step from value to value (Widrow and Kollar,
-Quantization Noise, 2008, chapter 7): Gaussian motion of half a step leaves a correlation of exp(-2 pi^2 / 4), which is
-0.7 %. A magnitude that is cut errs by half a step against its sign. Where Gaussian motion of s steps turns the sign,
-E[x e] = -s / sqrt(2 pi): that takes 0.4 / s off the motion, and adds nothing to it. Where no sign turns, the half step
-stands still.
+They are so where what the quantiser is given moves by enough of a step from value to value (Widrow
+and Kollar, Quantization Noise, 2008, chapter 7): Gaussian motion of half a step leaves a
+correlation of exp(-2 pi^2 / 4), which is 0.7 %. A magnitude that is cut errs by half a step against
+its sign. Where Gaussian motion of s steps turns the sign, E[x e] = -s / sqrt(2 pi): that takes
+0.4 / s off the motion, and adds nothing to it. Where no sign turns, the half step stands still.
 
-Where noise moves the operating point, the map there must do the same to it. A product of two noises, or the root of a
-sum of squares of noise alone, has a slope that noise itself sets. The map is taken again along a run with noise, at
-several instants where periods are short, and at more where one of them differs: a converter may be full at some, or at
-most. All maps are given the same noise: the rms of what their outputs differ by tells them apart, even where each has
-the same rms, as a slope that only turns.
+Where noise moves the operating point, the map there must do the same to it. A product of two
+noises, or the root of a sum of squares of noise alone, has a slope that noise itself sets. The map
+is taken again along a run with noise, at several instants where periods are short, and at more
+where one of them differs: a converter may be full at some, or at most. All maps are given the same
+noise: the rms of what their outputs differ by tells them apart, even where each has the same rms,
+as a slope that only turns.
 """
 
 import hashlib
@@ -81,8 +82,8 @@ def dithers(
 ) -> Iterator[Dither]:
     """The motion of each quantiser's input, at its least over the period; infinite where it has no bound.
 
-    Maps to several outputs hold the same maps to their quantisers: what is found of these is `kept`, and what is found
-    of their states, which quantisers of a loop share.
+    Maps to several outputs hold the same maps to their quantisers: what is found of these is
+    `kept`, and what is found of their states, which quantisers of a loop share.
     """
     for block, part in dict.fromkeys(entry[:2] for entry in whole.outputs if rounds(entry[1])):
         rows = [i for i, entry in enumerate(whole.outputs) if entry[:2] == (block, part)]

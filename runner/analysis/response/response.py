@@ -160,19 +160,21 @@ def response(
 ) -> Response:
     """Return the response from one output to another, such as "acceleration.output" to "adc.number".
 
-    The gain is that for small signals at the operating point, which is found, unless `at` names it, as in `linearise`.
-    It is exact at the frequencies of the input's values; between continuous blocks signals count as held from tick to
-    tick. It is given at some `frequencies` in Hz, ascending, or on a logarithmic grid.
+    The gain is that for small signals at the operating point, which is found, unless `at` names it,
+    as in `linearise`. It is exact at the frequencies of the input's values; between continuous
+    blocks signals count as held from tick to tick. It is given at some `frequencies` in Hz,
+    ascending, or on a logarithmic grid.
 
     With `simulate` the graph itself is run with a stimulus on top of the input, quantisers, limits and noise
-    included, and what comes out at its frequencies stands beside the linear response: a "sine" at one frequency after
-    the other, a "multitone", a "chirp" or a "prbs", a pseudorandom binary sequence. Its peak value is `amplitude`, such
-    as "1 mV" or a number in the input's unit, and it lies in a `band` in Hz.
+    included, and what comes out at its frequencies stands beside the linear response: a "sine" at
+    one frequency after the other, a "multitone", a "chirp" or a "prbs", a pseudorandom binary
+    sequence. Its peak value is `amplitude`, such as "1 mV" or a number in the input's unit, and it
+    lies in a `band` in Hz.
 
     Raises `ModelError` for a graph that cannot be linearised, and where no way leads from the input to the output.
 
-    `graph` is linearised; `input` and `output` are "block.port". `progress` is called with the runs that are done and
-    all runs.
+    `graph` is linearised; `input` and `output` are "block.port". `progress` is called with the runs
+    that are done and all runs.
 
     >>> from proofmass import read_graph, response
     >>> answer = response(read_graph("library:recorded_motion"), "motion.output", "mean.mean")

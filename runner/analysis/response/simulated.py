@@ -1,7 +1,7 @@
 """Responses by simulation: the graph with a periodic stimulus on top of its input, less the graph without it.
 
-Both runs have the same noise, so that what the stimulus does not move goes out. One whole repetition is looked at,
-after the slowest mode has decayed: no window, no leakage.
+Both runs have the same noise, so that what the stimulus does not move goes out. One whole
+repetition is looked at, after the slowest mode has decayed: no window, no leakage.
 """
 
 import math

@@ -2,8 +2,9 @@
 
     x[n] = x_end - A^n x_end,   x_end = (I - A)^-1 B 1,   y = C x + D 1
 
-is known for every period from the powers of A alone. The first 16,384 periods are all taken, those after them ever
-wider apart, so that a time is known to a value of the output or to 1/8192 of itself.
+is known for every period from the powers of A alone. The first 16,384 periods are all taken, those
+after them ever wider apart, so that a time is known to a value of the output or to 1/8192 of
+itself.
 """
 
 import math

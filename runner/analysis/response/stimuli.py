@@ -1,8 +1,9 @@
 """Periodic stimuli: sines one after the other, many at once, a chirp, a pseudorandom binary sequence.
 
-One repetition has N common periods of the graph, so that all that comes out of a settled linear system lies on the
-lines k / (N T), and no window is needed (Pintelon and Schoukens, System Identification, 2012, chapter 2). Phases of the
-multitone are Schroeder's (IEEE Trans. Information Theory 16, 1970, 85), which keep its peak low.
+One repetition has N common periods of the graph, so that all that comes out of a settled linear
+system lies on the lines k / (N T), and no window is needed (Pintelon and Schoukens, System
+Identification, 2012, chapter 2). Phases of the multitone are Schroeder's (IEEE Trans. Information
+Theory 16, 1970, 85), which keep its peak low.
 """
 
 import math
