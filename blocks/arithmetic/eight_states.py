@@ -1,4 +1,4 @@
-"""Eight states of a linear analog system: rows of its matrices times its states and its four inputs."""
+"""Eight states of a linear analog system: rows of matrices times states and four inputs."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -32,7 +32,7 @@ def turned_bits(i: int, bits: int) -> int:
 def load_ring(
     ring: list[float], oldest: int, real: list[float], imaginary: list[float], cosines: list[float], bits: int
 ) -> None:
-    """Place the numbers of a ring for `transform`, from the oldest, less their mean and in Hann's window."""
+    """Place the numbers of a ring for `transform`, oldest first, less their mean, with Hann's."""
     n, total = len(ring), 0.0
     for i in range(n):
         total += ring[i]

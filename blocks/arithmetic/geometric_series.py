@@ -4,7 +4,7 @@ from proofmass.blocks.arithmetic.elementary import cosine_of_turns, sine_of_turn
 
 
 def summed(turns: float, n: int) -> tuple[float, float]:
-    """Real and imaginary part of the sum of exp(-2 pi j turns i) over i = 0 to n - 1, a geometric series."""
+    """Real and imaginary part of the sum of exp(-2 pi j turns i) over i = 0 to n - 1."""
     divisor = sine_of_turns(0.5 * turns)
     if divisor != 0.0:
         size = sine_of_turns(0.5 * turns * n) / divisor

@@ -42,7 +42,7 @@ def size_of(square: Sequence[float]) -> int:
 
 
 def is_positive_definite(matrix: Matrix) -> bool:
-    """Return whether a matrix is symmetric, within 1e-9 of its largest element, and positive definite."""
+    """Return whether a matrix is symmetric, within 1e-9 of the largest, and positive definite."""
     level = max(abs(v) for row in matrix for v in row)
     even = all(abs(matrix[i][j] - matrix[j][i]) <= 1e-9 * level for i in range(len(matrix)) for j in range(i))
     return even and cholesky(matrix) is not None

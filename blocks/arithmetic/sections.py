@@ -60,7 +60,7 @@ def warped(frequency: float, period: float) -> float:
 
 
 def designed(prototype: Prototype, order: int, high: bool, corner: float) -> Sections:
-    """The sections of a low-pass or, with every pole and zero reflected at the unit circle, a high-pass."""
+    """Sections of a low-pass or, with poles and zeros reflected at the circle, a high-pass."""
     p, gain = prototype, prototype.gain
     b10, b11, b12, a11, a12 = _section(0, order, high, corner, p.w1, p.q1, p.z1)
     b20, b21, b22, a21, a22 = _section(1, order, high, corner, p.w2, p.q2, p.z2)

@@ -11,7 +11,7 @@ from proofmass.blocks.declaration.declare import Block, param
 
 
 class ChipCounter(Block):
-    """Counts the chips of a pseudorandom sequence, in step with the register that starts at the same tick."""
+    """Counts the chips of a pseudorandom sequence, in step with its register."""
 
     chips: int = param("1", "Chips of a period.", default=1023, at_least=1)
     first: int = param("1", "First chip of the window.", default=1, at_least=0)

@@ -32,7 +32,7 @@ class State(NamedTuple):
 
 @Correlator.output("1", shape=("cells",), dtype=int, every="chips")
 def impulse_response(c: Correlator, finished: list[int], out: list[int]) -> None:
-    """Sums of the last whole period, one per lag: the impulse response times chips + 1, less a constant."""
+    """Sums of the last whole period, by lag: impulse response times chips + 1, less a constant."""
     for k in range(len(finished)):
         out[k] = finished[k]
 

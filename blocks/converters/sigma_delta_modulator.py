@@ -15,7 +15,7 @@ from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
 
 class SigmaDeltaModulator(Block):
-    """Oversampling quantiser of order 1 to 8 that shapes its noise; `levels` makes it one- or multi-bit."""
+    """Oversampling quantiser of order 1 to 8 that shapes its noise, of any number of `levels`."""
 
     gains: tuple[float, ...] = param("1", "g of each integrator, the first at the input.", default=(0.5, 0.5))
     feedback: tuple[float, ...] = param("1", "f of each integrator.", default=(1.0, 1.0))

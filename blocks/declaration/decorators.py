@@ -1,4 +1,4 @@
-"""Decorators and declarations of blocks: each mistake in their arguments is answered by the line to write."""
+"""Decorators and declarations of blocks: mistakes are answered by the line to write."""
 
 from collections.abc import Callable
 from dataclasses import Field

@@ -1,4 +1,4 @@
-"""The class of every class of blocks, which reads the body of a class: parameters, inputs and buffers."""
+"""The class of every class of blocks, which reads its body: parameters, inputs and buffers."""
 
 import dataclasses
 import inspect

@@ -168,7 +168,7 @@ _KINDS = {  # names in other tools -> kinds here
 
 
 def _squashed(word: str) -> str:
-    """A name without the signs between its words, so that ZeroOrderHold and zero-order hold are one."""
+    """A name without the signs between its words, so that zero-order hold is ZeroOrderHold."""
     return re.sub(r"[_ -]", "", word.lower())
 
 

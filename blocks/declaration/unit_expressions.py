@@ -249,7 +249,7 @@ def _like(name: str) -> str:
 
 
 def power_of_a_unit(name: str) -> str:
-    """Return the unit of which a name with digits is a power, as of s2; empty for g00, a zero behind g0."""
+    """Return the unit of which a name with digits is a power, as s2; empty for g00."""
     letters = name.rstrip("0123456789")
     return letters if letters != name and name[len(letters)] != "0" and is_unit(letters) else ""
 

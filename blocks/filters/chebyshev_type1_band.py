@@ -12,7 +12,7 @@ from proofmass.blocks.parameter_sets.band_edges import BandEdges
 
 
 class ChebyshevType1Band(BandEdges):
-    """Digital band-pass or band-stop with steeper edges than Butterworth's, for ripples where it passes."""
+    """Digital band-pass or band-stop of steeper edges than Butterworth's, for ripples."""
 
     low_frequency: float = param("Hz", "Frequency at which the ripple ends below the band.", default=80.0, above=0.0)
     high_frequency: float = param("Hz", "Frequency at which the ripple ends above the band.", default=120.0, above=0.0)

@@ -39,7 +39,7 @@ def median(p: MedianFilter, x: State, line: list[float], ordered: list[float], i
     middle = len(ordered) // 2
     if middle == 0:
         return input
-    left = line[x.oldest]  # without it, two samples stand in the middle: the median is the input between them
+    left = line[x.oldest]  # without it, the median is the input between two middle samples
     below = ordered[middle - 1] if ordered[middle - 1] < left else ordered[middle]
     above = ordered[middle] if ordered[middle] < left else ordered[middle + 1]
     return clip(input, below, above)

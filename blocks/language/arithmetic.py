@@ -213,7 +213,7 @@ def undefined(value: float, a: float) -> bool:
 
 
 def undefined_of_two(value: float, a: float, b: float) -> bool:
-    """Return whether a function of two numbers has no value there, or one too large for a number."""
+    """Return whether a function of two numbers has no value there, or one too large."""
     if math.isnan(value):
         return not (math.isnan(a) or math.isnan(b))
     return math.isinf(value) and math.isfinite(a) and math.isfinite(b)

@@ -153,7 +153,7 @@ def _numbers(kind: Type) -> bool:
 
 
 def _unrepeatable(function: types.FunctionType, never: tuple[Any, ...]) -> list[Problem]:
-    """Return calls that give another result each time, in a function of Python and in those that it calls."""
+    """Return calls with another result each time, in a function and in those that it calls."""
     problems, left, visited = list[Problem](), [function], set[types.FunctionType]()
     while left:
         here = left.pop()

@@ -144,7 +144,7 @@ def product_of_numbers(entries: Sequence[float]) -> float:
 
 
 def is_among(value: float, entries: Sequence[float]) -> bool:
-    """Return whether a number is equal to an entry; unlike for `in` of Python, NaN is equal to nothing."""
+    """Return whether a number equals an entry; unlike in Python, NaN is equal to nothing."""
     found = False
     for entry in entries:
         found = found or value == entry

@@ -11,7 +11,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class CombDrive(Block):
-    """Electrostatic comb actuator; by default 100 finger pairs, 25 um high, gap 3 um, as a push-pull pair."""
+    """Electrostatic comb actuator; by default 100 finger pairs, 25 um high, gap 3 um, push-pull."""
 
     bias: float = param("V", "Constant voltage Vdc between the combs.", default=20.0)
     capacitance_gradient: float = param(

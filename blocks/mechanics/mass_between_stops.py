@@ -11,7 +11,7 @@ from proofmass.blocks.mechanics.mass_spring_damper import displacement, velocity
 
 
 class MassBetweenStops(Block):
-    """Proof mass, suspension and damping, with the stops that it hits under shock or when it is pulled in."""
+    """Proof mass, suspension and damping, with stops that it hits by shock or pull-in."""
 
     mass: float = param("kg", "Proof mass.", default=50.43e-9, above=0.0)
     damping: float = param("kg/s", "Viscous damping.", default=3.4e-3, at_least=0.0)

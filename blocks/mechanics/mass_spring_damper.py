@@ -1,4 +1,4 @@
-"""Proof mass on a flexure, m x'' + c x' + k x = F (Sarraf et al. 2012, section 2.1, eq. 4 and 5)."""
+"""Proof mass on a flexure, m x'' + c x' + k x = F (Sarraf et al. 2012, section 2.1)."""
 
 from typing import NamedTuple
 

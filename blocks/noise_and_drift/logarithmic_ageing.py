@@ -9,7 +9,7 @@ _PAST = "what has aged before would move too: take an ArrheniusAgeing, which add
 
 
 class LogarithmicAgeing(Block):
-    """A parameter that changes by so much per decade of age: references, resistors, resonators, magnets."""
+    """Parameter that moves by so much a decade: references, resistors, resonators, magnets."""
 
     rate_per_decade: float = param(
         "1", "Relative deviation per factor of ten in age.", default=10.0e-6, not_driven=_PAST

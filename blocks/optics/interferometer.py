@@ -8,7 +8,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class Interferometer(Block):
-    """Power of two waves by their phase difference: at the end of a Sagnac coil, of a displacement sensor."""
+    """Power of two waves by their phase difference: of a Sagnac coil, a displacement sensor."""
 
     peak: float = param("W", "Power where the waves are in phase and the visibility is 1.", default=20e-6, at_least=0.0)
     visibility: float = param("1", "Contrast of the fringes.", default=1.0, at_least=0.0, at_most=1.0)

@@ -6,7 +6,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class PhaseModulator(Block):
-    """Electro-optic modulator: a drifting half-wave voltage is the scale error that a 2 pi reset measures."""
+    """Electro-optic modulator: a drifting half-wave voltage is the error a 2 pi reset measures."""
 
     half_wave_voltage: float = param("V", "Voltage of half a wave.", default=3.5, above=0.0)
 

@@ -8,7 +8,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class PhaseMixer(Block):
-    """Multiplier that measures how far two sines are from quadrature. Product multiplies without a scale."""
+    """Multiplier that measures how far two sines are from quadrature. Product has no scale."""
 
     first_amplitude: float = param("{first_unit}", "Amplitude of the first signal.", default=1.0, above=0.0)
     second_amplitude: float = param("{second_unit}", "Amplitude of the second signal.", default=1.0, above=0.0)

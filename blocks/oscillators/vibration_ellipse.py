@@ -19,7 +19,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class VibrationEllipse(Block):
-    """Amplitude, quadrature, angle and phase of the wave of a ring or a shell: of any orbit but a circle."""
+    """Amplitude, quadrature, angle and phase of a ring's or shell's wave, but a circle."""
 
     unit: str = param("", "Unit of signal and components.", default="V")
     mode_number: int = param("1", "Waves around the shell, n.", default=2, at_least=2, at_most=100)
@@ -44,7 +44,7 @@ def half_axes(cx: float, sx: float, cy: float, sy: float) -> Axes:
 
 
 def angle_of_axis(cx: float, sx: float, cy: float, sy: float) -> float:
-    """Angle of the long axis from the first mode in the modal plane, -pi to pi, on the side of (cx, cy)."""
+    """Angle of the long axis from the first mode in the modal plane, -pi to pi, beside (cx, cy)."""
     half = 0.5 * arctangent2(2.0 * (cx * cy + sx * sy), cx * cx + sx * sx - cy * cy - sy * sy)
     if cx * cosine(half) + cy * sine(half) >= 0.0:
         return half
@@ -63,7 +63,7 @@ def amplitude(
 def quadrature(
     p: VibrationEllipse, x_in_phase: float, x_quadrature: float, y_in_phase: float, y_quadrature: float
 ) -> float:
-    """Half of the short axis, q; above zero where the short axis, a right angle from the long one, leads."""
+    """Half of the short axis, q; above zero if the short axis, at a right angle, leads."""
     return half_axes(x_in_phase, x_quadrature, y_in_phase, y_quadrature).minor
 
 

@@ -1,4 +1,4 @@
-"""Fixed-point cast: output = input rounded to the steps of another format, then brought into its range."""
+"""Fixed-point cast: output = input rounded to another format, then brought into its range."""
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, Overflow, Rounding
 from proofmass.blocks.declaration.declare import Block, Input, param

@@ -20,7 +20,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class FixedCordicVectoring(Block):
-    """Magnitude and phase of a vector of any quadrant, within one tick: of I and Q of a demodulator, say."""
+    """Magnitude and phase of a vector of any quadrant, in a tick: of a demodulator, say."""
 
     input_format: Fixed = param("1", "Format of both parts; the magnitude has one bit more.", default=Fixed(18, 16))
     phase_bits: int = param("1", "Fraction bits of the phase.", default=16, at_least=4, at_most=32)
@@ -51,7 +51,7 @@ def formats(p: FixedCordicVectoring) -> dict[str, Fixed]:
 @FixedCordicVectoring.constants
 def constants(p: FixedCordicVectoring, period: float) -> Constants:
     port_formats, inner = formats(p), p.phase_bits + p.guard_bits
-    finer = p.input_format.width + 2  # 1/K adds less than a quarter of a step to the error of the magnitude
+    finer = p.input_format.width + 2  # 1/K adds under a quarter of a step to the error
     reciprocal = fixed(1.0 / circular_growth(p.iterations), Fixed(finer + 2, finer), "half_even")
     half_turn = round(math.ldexp(math.pi, inner))
     few = min(p.guard_bits, 4)

@@ -7,7 +7,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class FixedGain(Block):
-    """Multiplication by a constant in a register of its own format, which rounds it to the nearest step."""
+    """Multiplication by a constant in its own format, which rounds it to the nearest step."""
 
     gain: float = param("({output_unit})/({input_unit})", "Output per input.", default=1.0)
     input_format: Fixed = param("1", "Format of the input.", default=Fixed(16, 12))

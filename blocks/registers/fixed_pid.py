@@ -16,7 +16,7 @@ from proofmass.blocks.parameter_sets.pid_gains import PIDGains
 
 
 class FixedPID(PIDGains):
-    """PID controller in fixed point, with filtered derivative and anti-windup at the range of its output."""
+    """PID controller in fixed point, with filtered derivative, and anti-windup at its range."""
 
     input_format: Fixed = param("1", "Format of the error.", default=Fixed(16, 12))
     gain_format: Fixed = param("1", "Format of Kp, Ki Ts, Kd (1-a)/Ts and a.", default=Fixed(24, 20))

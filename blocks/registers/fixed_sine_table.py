@@ -14,7 +14,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class FixedSineTable(Block):
-    """Sine and cosine of the phase of a FixedPhaseAccumulator, within one tick and without a multiplier."""
+    """Sine and cosine of the phase of a FixedPhaseAccumulator, in one tick without a multiplier."""
 
     phase_bits: int = param("bit", "P, of the phase.", default=8, at_least=3, at_most=12)
     fraction_bits: int = param("bit", "M, of sine and cosine.", default=14, at_least=2, at_most=32)

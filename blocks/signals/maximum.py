@@ -4,7 +4,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class Maximum(Block):
-    """The larger of two signals of one unit: a limit that is itself a signal. Chain two for three signals."""
+    """The larger of two signals of one unit: a limit that is a signal. Chain two for three."""
 
     unit: str = param("", "Unit of inputs and output.", default="1")
 

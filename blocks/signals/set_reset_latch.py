@@ -6,7 +6,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class SetResetLatch(Block):
-    """Remembers that something has happened, until it is told to forget: an alarm, a state of a sequence."""
+    """Remembers that something happened, until told to forget: an alarm, a step of a sequence."""
 
     set_wins: bool = param("", "Whether it is on where both inputs are true.", default=False)
     initially_on: bool = param("", "Whether it is on before tick 0.", default=False)

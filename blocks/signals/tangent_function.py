@@ -1,4 +1,4 @@
-"""Tangent of a signal: output = scale tan(input). It grows without end towards an odd quarter of a turn."""
+"""Tangent of a signal: output = scale tan(input). It is infinite at an odd quarter of a turn."""
 
 from proofmass.blocks.arithmetic.elementary import tangent
 from proofmass.blocks.declaration.declare import Block, Input, param

@@ -126,8 +126,8 @@ class _Wiring:
 
     def __init__(self, graph: FlatGraph) -> None:
         self.graph, self.root = graph, graph.root
-        self.meant: set[str] = set()  # inputs that a misspelt wire was meant for: they are not reported twice
-        self.tried: dict[str, list[str]] = defaultdict(list)  # by block, what is wired to none of its inputs
+        self.meant: set[str] = set()  # inputs of a misspelt wire: not reported twice
+        self.tried: dict[str, list[str]] = defaultdict(list)  # sources wired to no input
 
     def problems(self) -> Iterator[Problem]:
         return chain(self._wires(), self._unconnected())

@@ -49,7 +49,7 @@ def _reads(graph: FlatGraph, drivers: dict[Endpoint, Endpoint], *, at_once: bool
 
 
 def _demodulators(modulators: dict[str, set[str]]) -> set[str]:
-    """Return the choppers that read one that is not a demodulator itself: along a chain every other one."""
+    """Return the choppers that read one that is no demodulator: every other one of a chain."""
     known: dict[str, bool] = {}
 
     def demodulates(name: str) -> bool:

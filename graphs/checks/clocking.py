@@ -1,4 +1,4 @@
-"""Notes on blocks that run at another rate than their neighbours suggest, or that respond a tick late."""
+"""Notes on blocks at another rate than their neighbours suggest, or a tick late."""
 
 from collections import defaultdict
 from collections.abc import Iterator

@@ -64,7 +64,7 @@ def _far_rates(graph: FlatGraph, owners: Mapping[Fraction, str]) -> Problem:
 
 
 def base_rate_notes(graph: FlatGraph) -> Iterator[Problem]:
-    """Yield a note where rates meet only in a base rate far above all of them, which is the rate of a run."""
+    """Yield a note where rates meet only in a base rate far above them, which is a run's."""
     owners = _owners(graph)
     base, fastest = common_base_rate(owners), max(owners, default=Fraction(1))
     if base is None or base < _MANY_TIMES * fastest:

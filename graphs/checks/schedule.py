@@ -18,7 +18,7 @@ _NAMED = 40  # at most so many wires of a loop are named in a message
 
 
 class ConstantsOf(NamedTuple):
-    """The constants of a block with driven parameters, computed in each of its ticks before its outputs."""
+    """The constants of a block with driven parameters, computed each tick before its outputs."""
 
     block: str
 
@@ -130,7 +130,7 @@ def _needs(graph: FlatGraph, drivers: dict[Endpoint, Endpoint]) -> dict[OutputSt
 
 
 def last_name(path: str) -> tuple[str, str]:
-    """Sort key of terms of a sum and of unknowns, by which bits do not depend on the nesting of subgraphs."""
+    """Sort key of terms of a sum and unknowns: bits do not depend on nesting of subgraphs."""
     return path.rpartition(".")[2], path
 
 

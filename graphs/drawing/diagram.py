@@ -181,7 +181,7 @@ class Drawing:
         )
 
     def _named(self, name: str, port: str) -> Iterator[str]:
-        """Yield the wires of an output that are named, in one group: a pointer at one of them marks all."""
+        """Yield the named wires of an output, in one group: a pointer at one marks all."""
         links = sorted((link for link in self.ends if (link.source, link.output) == (name, port)), key=_signals_first)
         drawn = [link for link in self.paths if (link.source, link.output) == (name, port)]
         label, look, spot = self.wired.net_label(links[0]), self.looks[name], self.layout.spots[name]

@@ -82,5 +82,5 @@ def _wires(path: str, drawing: Drawing, x: int, y: int) -> Iterator[Data]:
 
 
 def _end(path: str, drawing: Drawing, name: str, port: str) -> str:
-    """Return the end of a wire: a port of a block, or one of the subgraph around, which is drawn as a tab."""
+    """Return the end of a wire: a port of a block, or one of the subgraph around, a tab."""
     return f"{path}{name}.{port}" if drawing.picture.blocks[name].kind else f"{path}{name.strip(TAB)}"

@@ -78,7 +78,7 @@ class NamedEnds(NamedTuple):
 
 
 def named_ends(link: Link, spots: Mapping[str, Spot], looks: Mapping[str, Look]) -> NamedEnds:
-    """Return the pieces of a wire; a source that is a tab itself has none, so that its piece is a point."""
+    """Return the pieces of a wire; a tab as a source has none: its piece is a point."""
     start, way = _pin(spots[link.source], looks[link.source], link.output, is_output=True)
     near, wide = looks[link.source].tabs.get(link.output, (0, 0))
     first = start, (start[0] + way * (near + wide), start[1])
@@ -114,7 +114,7 @@ def fan_of(link: Link, leader: Path, spots: Mapping[str, Spot], looks: Mapping[s
 
 
 def _pin(spot: Spot, look: Look, port: str, is_output: bool) -> tuple[GridPoint, int]:
-    """Return where a wire meets a block, and the way that signals go there: to the right or to the left."""
+    """Return where a wire meets a block, and the way signals go there: right or left."""
     shape, way = look.shape, -1 if spot.mirrored else 1
     below = shape.outputs[port] if is_output else shape.inputs[port]
     return (spot.x + shape.width * (is_output != spot.mirrored), spot.y + below), way

@@ -93,7 +93,7 @@ class _Wiring:
         return not entered, cost, name
 
     def steps_to_the_end(self, core: frozenset[str], head: str, exits: set[str]) -> dict[str, int]:
-        """Return the blocks of a loop after its last exit, with places counted from the end of the loop."""
+        """Return the blocks of a loop after its last exit, counted from the end of the loop."""
         left = {edge[0] for edge in self.edges if edge[0] in core and edge[1] not in core} | (exits & core) | {head}
         steps: dict[str, int] = {}
         for name in reversed(self.order):
@@ -113,7 +113,7 @@ class _Wiring:
         )
 
     def layers(self, mirrored: frozenset[str]) -> dict[str, int] | None:
-        """Return a layer for every block, or None if a return path is longer than the path that it closes."""
+        """Return a layer for every block, or None if a return path is longer than its path."""
         layer: dict[str, int] = {}
         for name in self.order:
             if name not in mirrored:

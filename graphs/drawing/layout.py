@@ -176,7 +176,7 @@ class _Part:
                 item.top = top
 
     def _centre(self, item: Item, side: int) -> float:
-        """Return the best height for the middle of an item, from the pins that it is wired to on one side."""
+        """Return the best height for an item's middle, by the pins it is wired to on one side."""
         ends = [end.y - pin.below for pin in item.pins[side] for end in _opposite(pin, side) or _beside(pin, side)]
         return (sum(ends) / len(ends) if ends else item.top) + item.height / 2
 

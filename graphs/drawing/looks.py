@@ -93,7 +93,7 @@ def _label(name: str, box: Box, wired: WiredPorts, port: str) -> int:
 
 
 def _tabs(name: str, box: Box, wired: WiredPorts) -> dict[str, tuple[int, int]]:
-    """Return how far the tabs of named wires are from a block, and how wide: past units, arrows and fans."""
+    """Return how far the tabs of named wires are from a block, and how wide."""
     tabs: dict[str, tuple[int, int]] = {}
     for port, label in wired.tabs[name].items():
         before = BELOW_TAB

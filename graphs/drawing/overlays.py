@@ -48,7 +48,7 @@ class Overlays:
                 yield f"loop{number % SHADES}"
 
     def of_wire(self, signal: str, target: str, kind: str) -> Iterator[str]:
-        """Yield the classes of a wire by the flat names of its ends and its type: its loops, its format."""
+        """Yield the classes of a wire by its ends' flat names and its type: loops, format."""
         ends = {split(signal)[0], split(target)[0]}
         for number, blocks in enumerate(self.loops.values()):
             if ends <= blocks:

@@ -1,4 +1,4 @@
-"""A graph for a diagram: a subgraph is one box with the ports that it exports and those that wires reach."""
+"""A graph for a diagram: a subgraph is a box with its exported and wired ports."""
 
 import inspect
 from collections.abc import Collection, Iterator, Mapping

@@ -1,4 +1,4 @@
-"""Wires of a diagram as SVG paths: round corners, dots where they branch, hops where they cross others."""
+"""Wires of a diagram as SVG paths: round corners, dots at branches, hops at crossings."""
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Mapping, Sequence

@@ -34,7 +34,7 @@ def exhibits() -> tuple[Exhibit, ...]:
 
 
 def exhibit(name: str) -> Exhibit:
-    """Return the exhibit of a name, with or without its ending; raises `ModelError` with the nearest one."""
+    """Return the exhibit of a name, with or without ending; raises `ModelError`."""
     wanted = name.removesuffix(".toml")
     for one in exhibits():
         if one.name == wanted:

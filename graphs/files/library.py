@@ -1,4 +1,4 @@
-"""The packaged library of graphs: each file found by its name alone, which no two of its folders share."""
+"""The packaged library of graphs: each file is found by its name alone."""
 
 from functools import cache
 from pathlib import Path

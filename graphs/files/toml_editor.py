@@ -45,7 +45,7 @@ def edited(text: str, changes: Mapping[str, float | int | str], file: str = "<te
 
 
 def _path(data: Mapping[str, Any], key: str) -> tuple[str, ...]:
-    """Keys of a name in the file: in `[values]`, in the table of its block, or of the subgraph around it."""
+    """Keys of a name in the file: in `[values]`, its block's table, or a subgraph's."""
     block, parameter = split(key)
     if not block:
         named = data.get("exports", {}).get(key, key)

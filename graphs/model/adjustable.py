@@ -12,7 +12,7 @@ from proofmass.graphs.model.graph import split
 
 
 class Adjustable:
-    """The numbers of a graph by their names in the flat graph: `block.parameter`, or a value by its path."""
+    """The numbers of a graph by their names: `block.parameter`, or a value by its path."""
 
     def __init__(self, flat: FlatGraph, dependence: Dependence | None = None) -> None:
         self.flat, self.dependence = flat, dependence or Dependence(flat.root)

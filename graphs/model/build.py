@@ -373,5 +373,5 @@ def _too_many(blocks: Collection[str], parts: Mapping[str, Value], wires: Collec
 
 
 def _inside(part: Value, rate: Fraction | None, place: Place) -> Value:
-    """Return a subgraph as a part of another graph: at the rate given there, with files named from there."""
+    """Return a subgraph as a part of another graph: at the rate there, files named from there."""
     return moved(part if rate is None else part.changed(rate=rate), place.folder)

@@ -21,7 +21,7 @@ _problem = problems_of_table(MEASURES)
 
 @dataclass(frozen=True)
 class Derived:
-    """A measure that follows from others: its unit, and the factors that bring them into coherent units."""
+    """A measure that follows from others: its unit, and factors to coherent units."""
 
     name: str
     formula: Formula

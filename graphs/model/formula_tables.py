@@ -85,7 +85,7 @@ def read_measured(
 def _with_numbers(
     measures: object, values: Mapping[str, NamedValue], declared: object
 ) -> tuple[object, dict[str, Formula], list[Problem]]:
-    """Return a table of measures with numbers in place of formulas, without those that have a wrong one."""
+    """Return a table of measures with numbers in place of formulas, without wrong ones."""
     formulas, problems = dict[str, Formula](), list[Problem]()
     if not isinstance(measures, Mapping):
         return measures, formulas, problems

@@ -24,7 +24,7 @@ from proofmass.graphs.model.values import NamedValue
 
 DEFAULT_INTEGRATION = Integration()
 
-_ASKING = ("measures", "derived", "loops", "requirements")  # fields that name signals, loops and each other
+_ASKING = ("measures", "derived", "loops", "requirements")  # that name signals, loops and others
 
 Endpoint = tuple[str, str]  # of a wire: block and port
 AnyGraph = TypeVar("AnyGraph", bound="Graph")

@@ -20,7 +20,7 @@ from proofmass.blocks.filters.transfer_function import TransferFunction
 from proofmass.blocks.signals.gain import Gain
 from proofmass.graphs.model.rates import Rate, read_rate, simplest, write_rate
 
-_SINGLE = 4  # order of a continuous block of one input and one output, for whose direct part there is a port
+_SINGLE = 4  # order of a continuous block with a port for its direct part
 _SAME = 1e-9  # relative difference of two periods that count as one
 
 

@@ -1,4 +1,4 @@
-"""Control loops of a graph: the output at which each is opened for its margins, and its required margins."""
+"""Control loops of a graph: the output at which each is opened, and its required margins."""
 
 import math
 import re
@@ -14,7 +14,7 @@ from proofmass.graphs.model.rates import read_duration
 
 REQUIREMENTS = {"gain_margin": "dB", "phase_margin": "deg", "delay_margin": "s", "sensitivity_peak": "dB"}
 VERDICTS = {"unstable": 0.0, "marginal": 0.5, "stable": 1.0}  # numbers the measure `stable` has
-MARGIN_MEASURES = {**REQUIREMENTS, "stable": "1"}  # what a study measures of each loop, and its unit
+MARGIN_MEASURES = {**REQUIREMENTS, "stable": "1"}  # measures of each loop, and their units
 AUTO = "auto"  # an operating point: the first of the others at which there is an answer
 SETTLED = "settled"  # the loops have come to rest
 PERIODIC = "periodic"  # an orbit that repeats after a period

@@ -134,7 +134,7 @@ def last_outputs(flat: FlatGraph) -> list[str]:
 
 
 def sources_of(flat: FlatGraph, output: str) -> list[str]:
-    """Return sources of numbers an output follows from, without noise; those in subgraphs if no others."""
+    """Return sources of numbers an output follows from, but noise; else those in subgraphs."""
     from proofmass.graphs.model.digraph import reached  # start-up time: few commands ask
 
     before: dict[str, list[str]] = {}

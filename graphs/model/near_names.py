@@ -1,4 +1,4 @@
-"""Hints for names that are not written as names may be, and wires without ports: what was probably meant."""
+"""Hints for names not written as names, and wires without ports: what was meant."""
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence

@@ -24,7 +24,7 @@ FIGURES = {  # of a loop, with their units
     "overshoot": "%",
     "settling_time": "s",
 }
-RESPONSE_FIGURES = {  # of the response from one output to another, with their units; empty: that of the gain
+RESPONSE_FIGURES = {  # of a response, with units; empty: that of the gain
     "gain": "",
     "phase": "deg",
     "peak": "",
@@ -93,7 +93,7 @@ class TransferPart:
 
 @dataclass(frozen=True)
 class ResponseFigure:
-    """A figure of the linear response from one output to another; gain and phase have a frequency in Hz."""
+    """A figure of the linear response from one output to another; gain and phase at a frequency."""
 
     figure: str
     output: str

@@ -1,4 +1,4 @@
-"""Targets of formulas: parameters, values of subgraphs, rates and the duration; and the numbers for them."""
+"""Targets of formulas: parameters, values of subgraphs, rates, duration; and their numbers."""
 
 import math
 from collections.abc import Mapping

@@ -130,7 +130,7 @@ def _resolve(formulas: Mapping[str, Formula], read: dict[str, NamedValue], unkno
 
 
 def circles_and_order(formulas: Mapping[str, Formula]) -> tuple[list[list[str]], list[str]]:
-    """Return circles of formulas, each with its first again at the end, and the other formulas in order."""
+    """Return circles of formulas, each with its first at the end, and the others in order."""
     needs = {name: set(formula.names & formulas.keys()) for name, formula in formulas.items()}
     circles: list[list[str]] = []
     while True:

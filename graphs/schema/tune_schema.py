@@ -20,7 +20,7 @@ from proofmass.graphs.schema.tables import (
 )
 from proofmass.graphs.tuning.build import SCALES
 
-_LIMIT: Schema = {"anyOf": [{"type": "number"}, {"type": "string"}]}  # nothing else is measured in decibels
+_LIMIT: Schema = {"anyOf": [{"type": "number"}, {"type": "string"}]}  # nothing else is in decibels
 _TEXT: Schema = {"type": "string", "minLength": 1}
 _NEEDS = {
     "loop": ["figure"],

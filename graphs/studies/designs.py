@@ -82,7 +82,7 @@ class Design:
 
 
 def half_of_bits(size: int) -> int:
-    """Half of the smallest even number of bits, at least two, that hold every number below a size."""
+    """Half of the smallest even number of bits, at least two, to hold numbers below a size."""
     return max(1, (size - 1).bit_length() + 1 >> 1)
 
 

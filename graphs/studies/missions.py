@@ -28,7 +28,7 @@ _FINEST = 2.0  # kelvin between the points of Simpson's rule
 
 @dataclass(frozen=True)
 class Mission:
-    """A history of temperatures that repeats: times from 0 on in seconds, which may be equal, and kelvin."""
+    """Temperatures that repeat: times from 0 on in seconds, which may be equal, and kelvin."""
 
     times: tuple[float, ...]
     temperatures: tuple[float, ...]

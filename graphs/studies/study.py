@@ -1,4 +1,4 @@
-"""A Monte Carlo study of a graph: many sensors, drawn, swept over a grid and aged from epoch to epoch."""
+"""A Monte Carlo study of a graph: many sensors, drawn, swept and aged from epoch to epoch."""
 
 import dataclasses
 import math
@@ -67,7 +67,7 @@ class Study(Placed):
         return self._with(limits=limits)
 
     def at(self, values: Mapping[str, float]) -> Self:
-        """Return the study about other values of parameters: a sweep that has one point in each of them."""
+        """Return the study about other values of parameters: a sweep with one point in each."""
         return self._with(sweep={**self.sweep, **{name: (value,) for name, value in values.items()}})
 
     def _with(self, **values: Any) -> Self:

@@ -97,7 +97,7 @@ class StudyTables:
         self.docs = docs  # of the tables
         self.problems: list[Problem] = []
         self.written: dict[str, str] = {}  # parameters as written, by names in the flat graph
-        self.margins = self.moment("margins", margins)  # at which they are wanted; "" where none are
+        self.margins = self.moment("margins", margins)  # when they are wanted; "" where none are
         if self.margins and not self.flat.loops:
             hint = f'add [loops.main] to it with open_at = "{output_of_a_loop(self.flat)}"'
             self.refuse(Refusal("the graph names no loops", hint), "margins")

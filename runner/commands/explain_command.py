@@ -9,7 +9,7 @@ from proofmass.runner.commands.declarations.blocks import ExplainRequest
 
 
 def explain_codes(request: ExplainRequest) -> int:
-    """Print the entries of codes, or a list of all, and return the exit code; raises `click.UsageError`."""
+    """Print entries of codes, or all, and return the exit code; raises `click.UsageError`."""
     known = {entry.code: entry for entry in EXPLANATIONS}
     wanted = [code.upper() for code in request.code]
     for code in wanted:

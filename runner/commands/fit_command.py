@@ -1,4 +1,4 @@
-"""The command `fit`: read a table or run a graph, fit, show, draw, write the coefficients into a graph."""
+"""The command `fit`: read a table or run a graph, fit, show, draw, write coefficients."""
 
 from proofmass.runner.commands.answers import DONE, print_answer, print_file
 from proofmass.runner.commands.declarations.fit import FitRequest

@@ -86,7 +86,7 @@ def _new_probes(graph: Graph, signals: tuple[str, ...]) -> Iterator[Probe]:
 
 
 def outputs_of(graph: Graph, named: str, option: str) -> list[str]:
-    """Return the output named, else all probes, else outputs that nothing reads; raises `ModelError`."""
+    """Return the output named, else probes, else outputs nothing reads; raises `ModelError`."""
     probed = dict.fromkeys(probe.signal for probe in graph.probes)
     outputs = [named] if named else list(probed) or last_outputs(flatten(graph))
     if not outputs:

@@ -1,4 +1,4 @@
-"""The command `margins`: linearise a graph, show its margins, sensitivities or limit cycles, draw them."""
+"""The command `margins`: show and draw margins, sensitivities or limit cycles of a graph."""
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 def show_margins(request: MarginsRequest) -> int:
-    """Show the margins of a graph and return the exit code; raises `ModelError` if the graph misses one."""
+    """Show margins of a graph and return the exit code; raises `ModelError` if one is missed."""
     if request.over == "age":
         study = read_study(request.graph, own_blocks(request.own))
         return show_over(study, "age", request.loop, request.at, request.picture, request.as_json)

@@ -1,4 +1,4 @@
-"""The command `montecarlo`: run what is left of a study, show and write it; or replay one of its runs."""
+"""The command `montecarlo`: run what is left of a study, show and write it; or replay a run."""
 
 import time
 from collections.abc import Mapping

@@ -70,7 +70,7 @@ def _simulated(request: OfSignal) -> list[Callable[[], Series]]:
 
 
 def _probes(graph: Graph, signal: str) -> list[Probe]:
-    """Return a probe of the signal; without one all probes, or else those of outputs that nothing reads."""
+    """Return a probe of the signal, else all probes, or else those of outputs nothing reads."""
     if not signal and graph.probes:
         return list(graph.probes)
     try:

@@ -46,7 +46,7 @@ def show_worst(request: WorstRequest) -> int:
 
 
 def _study_yields(source: Graph | Study, runs: int | None) -> dict[str, tuple[float, float, float]]:
-    """Return the yield of each limit with its interval of 95 %, if `runs` asks for sensors of the study."""
+    """Return the yield of each limit with its interval of 95 %, if `runs` asks for sensors."""
     if runs is None:
         return {}
     if not (isinstance(source, Study) and source.limits):

@@ -1,4 +1,4 @@
-"""Variants of a study, the later ones compared with the first: as tables, as plain data and as a page."""
+"""Variants of a study, the later ones compared with the first: tables, plain data and page."""
 
 import re
 from collections.abc import Mapping

@@ -15,7 +15,7 @@ from proofmass.blocks.arithmetic.elementary import exponential, logarithm_of_fra
 from proofmass.runner.continuous.linear_equations import Flat
 
 MOST_EVENTS = 10_000  # in one tick
-CHATTER = 500  # events, and as many again in no less than half the time: fewer rebounds of a ball slow down
+CHATTER = 500  # events, and again in at least half the time: rebounds slow down
 MOST_CORNERS = 1_000  # that equal steps end at
 MOST_SHORT, SHORT = 1_000, 1e-6  # steps one after the other, each shorter than that part of a tick
 SHORTEST = 1e-12  # step, in ticks
@@ -78,7 +78,7 @@ def integrate(tick: GroupTick) -> float:
 
 
 def _passed(tick: GroupTick, young: float) -> tuple[float, bool]:
-    """Return what `integrate` does, and whether an error counted as small for what lies ahead of a state."""
+    """Return what `integrate` does, and whether an error was small for what is ahead."""
     start, period, first, tolerance, events = tick.start, tick.period, tick.first, tick.tolerance, tick.events
     x, moved = tick.x, tick.moved
     done, size, corners, short, corner, from_rest = 0.0, first, 0, 0, -1, False

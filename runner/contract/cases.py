@@ -95,7 +95,7 @@ def _case(block: Block, folder: Path, hostile: bool, scale: float, dice: random.
 
 
 def _another(planned: Plan, dice: random.Random) -> Plan:
-    """The plan with other seeds of the sources, and other numbers of the block where these go together."""
+    """The plan with other seeds of sources, and other numbers of the block if they go together."""
     seeds = {
         name: replace(block, seed=dice.randrange(2**31))  # type: ignore[call-arg]
         for name, block in planned.blocks.items()

@@ -109,7 +109,7 @@ def typed(kind: Callable[[Any], Any], value: Any) -> Any:
 
 
 def dual_hold(a: Sequence[Sequence[Any]], b: Sequence[Sequence[Any]], period: float) -> tuple[Matrix, Matrix]:
-    """Return the matrices of `exact_hold.hold` for matrices of dual numbers of any levels, or of balls."""
+    """Return the matrices of `exact_hold.hold` for duals of any levels, or balls."""
     size = len(a)
     rows = _held([[*left, *right] for left, right in zip(a, b, strict=True)], size, period)
     return [row[:size] for row in rows], [row[size:] for row in rows]

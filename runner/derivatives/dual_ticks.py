@@ -54,8 +54,8 @@ class DualTicks(Interpreter):
         self.recorded: dict[Endpoint, list[Any]] = {node: [] for node in outputs}
         self.injected: list[tuple[str, str, int]] = []  # in their order, which is that of time
         self.sources: list[tuple[str, str, int]] = []  # of noise, where it is not zero
-        self.quantised: dict[tuple[str, str, int], Any] = {}  # what quantisers are given, where they err
-        self.deviations: dict[tuple[str, str, int], float] = {}  # of these errors, in those of one step
+        self.quantised: dict[tuple[str, str, int], Any] = {}  # what erring quantisers get
+        self.deviations: dict[tuple[str, str, int], float] = {}  # of these, in those of one step
         super().__init__(replace(plan, solvers=(), probes=()), seed=0, memory=memory)
         self._advances = [
             self._advance(plan, solver, integrated) for solver in plan.solvers if blocks & set(solver.group.blocks)

@@ -49,7 +49,7 @@ class TickSlopes(NamedTuple):
 
 
 class UndefinedSlopesError(ArithmeticError):
-    """Slopes of numbers that last lead to none: bits of them are read, or they choose places in arrays."""
+    """Slopes of numbers that last lead to none: their bits are read, or they choose places."""
 
     def __init__(self, places: Collection[LastingPlace]) -> None:
         super().__init__("what lasts has no derivative")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 def cache_folder() -> Path:
-    """Return the folder of compiled loops: `PROOFMASS_CACHE`, or `proofmass` in the user's cache folder."""
+    """Return the folder of compiled loops: `PROOFMASS_CACHE`, or in the user's cache folder."""
     named = os.environ.get("PROOFMASS_CACHE")
     if named:
         return Path(named)

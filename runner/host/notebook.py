@@ -45,7 +45,7 @@ class Plotted(_Answering):
 
 
 class Told(_Answering):
-    """A result with a text for people, that of its command: `str` is the text, `repr` its first line."""
+    """A result with a text for people, that of its command: `repr` is its first line."""
 
     def __str__(self) -> str:
         text: str = sys.modules["proofmass"].text_of(self)

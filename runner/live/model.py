@@ -72,7 +72,7 @@ def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) 
 
 
 def blocks_of(plan: Plan) -> dict[str, dict[str, Any]]:
-    """Return the kind of each block, and the signals at its ports: those that come in, then its own."""
+    """Return the kind of each block, and the signals at its ports: first those that come in."""
     drivers = plan.schedule.drivers
     return {
         name: {

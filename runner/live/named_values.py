@@ -74,7 +74,7 @@ def named_values(graph: Graph, moving: Mapping[Endpoint, Slider]) -> NamedValues
 
 
 def _steps(root: Graph, graph: Graph, path: str) -> Iterator[PageFormula]:
-    """Yield the formulas of a graph; those of the graph around it replace the values of a subgraph."""
+    """Yield the formulas of a graph; those around it replace values of a subgraph."""
     for name, value in graph.values.items():
         if value.formula is not None:
             yield _step(graph, path, f"{path}{name}", value.formula, 1.0)

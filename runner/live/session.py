@@ -87,7 +87,7 @@ class Session:
         return problems
 
     def change(self, data: object) -> bool:
-        """Put integers and choices into the graph, and show every window the new one; False if malformed."""
+        """Put integers and choices into the graph, and show windows the new one; False if bad."""
         changes = data.get("changes") if isinstance(data, dict) else None
         if not isinstance(changes, dict) or self._shown is None:
             return False

@@ -58,7 +58,7 @@ _NO_DATE: dict[str, dict[str, None]] = {  # the same result gives the same bytes
 
 @contextmanager
 def sheet(width: float, height: float, title: str = "", layout: Any = "constrained") -> Iterator["Figure"]:
-    """Yield an empty figure, in inches; the title is at its left end, where a narrow screen shows it too."""
+    """Yield an empty figure, in inches; the title is at its left end, for narrow screens."""
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
 

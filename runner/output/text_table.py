@@ -40,7 +40,7 @@ def text_table(
 
 
 def terminal_width() -> int:
-    """Return the columns of the terminal that standard output is, or 0: a file or a pipe has no width."""
+    """Return the columns of standard output's terminal, or 0: files and pipes have no width."""
     return shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
 
 

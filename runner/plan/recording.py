@@ -319,7 +319,7 @@ def _ascending(times: Sequence[float]) -> None:
 
 
 def split_unit(head: str) -> tuple[str, str]:
-    """Name and unit of a head such as `rate [deg/s]`; in `sums[3]` the bracket is the number of an entry."""
+    """Name and unit of a head such as `rate [deg/s]`; in `sums[3]` it is an entry's number."""
     found = _HEAD.fullmatch(head.strip())
     return (found["name"], (found["unit"] or found["tight"] or "").strip()) if found else (head.strip(), "")
 

@@ -1,4 +1,4 @@
-"""Planning: a graph is checked, made flat, scheduled, and given constants, initial states and solvers."""
+"""Planning: a graph is checked, made flat, scheduled, given constants, states and solvers."""
 
 import dataclasses
 import math

@@ -36,7 +36,7 @@ def find_solvers(plan: Filled, constants: Mapping[str, Any], first_tick: FirstTi
 
 
 class _Choice:
-    """Chooses the method of one group, from the settings of the graph and tests of its functions."""
+    """Chooses the method of one group, by the graph's settings and tests of its functions."""
 
     def __init__(
         self,
@@ -149,7 +149,7 @@ class _Choice:
         ]
 
     def _not_linear(self) -> str:
-        """Return why the group is not linear in states and inputs for held factors; empty if it is."""
+        """Return why the group is not linear in states and inputs for held factors, if so."""
         blocks = self.plan.blocks
         nonlinear = [
             name

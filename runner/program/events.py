@@ -21,7 +21,7 @@ KIND, SOURCE, VALUED, ENTERING = range(4)  # of what is told: kind, block or wir
 TOLD = 4
 WIRE, DRAWN, ROUNDED, DROPPED, LEVELLED = range(5)  # kinds of events
 PASSED, HEARD, ENTERED, CUT = range(4)  # modes of wires: what enters is added, or takes the place of the slope
-GAIN, DEVIATION = range(2)  # of a block's quantiser of one bit; the gain is NaN where there is no such model
+GAIN, DEVIATION = range(2)  # of a block's quantiser of one bit; the gain is NaN without a model
 OF_ONE_BIT = 2
 
 _AT_WIRE, _AT_DEVIATE, _AT_DROP = "wire with an event", "deviate with an event", "shift with an event"

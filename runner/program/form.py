@@ -52,7 +52,7 @@ class Immediate:
 
 @dataclass(frozen=True, eq=False)
 class Variable:
-    """A variable, which may be set again; zero or false until it is set. `Function.variables` lists them."""
+    """A variable, which may be set again; zero or false until then. See `Function.variables`."""
 
     kind: Kind
     name: str = ""
@@ -278,7 +278,7 @@ Region: TypeAlias = list[Statement]
 
 @dataclass(eq=False)
 class Function:
-    """A function; a body that ends without `Return` returns nothing, and `results` is empty then."""
+    """A function; a body that ends without `Return` returns nothing, with empty `results`."""
 
     name: str  # unique in its program, letters, digits and underscores
     parameters: tuple[Value | Storage, ...]

@@ -35,7 +35,7 @@ class LoopWriter:
             frame.put(tear, builder.load(unknown, i))
 
     def _equations(self, frame: "_Within") -> Function:
-        """Compute the tears from assumed values of the tears; not finite if a value in between is not."""
+        """Compute the tears from assumed ones; not finite if a value in between is not."""
         builder, n = frame.builder, len(self.tears)
         unknown = Storage(FLOAT, n, True, "unknown")
         values = Storage(FLOAT, n, True, "found")

@@ -74,7 +74,7 @@ def _lowered(
     within: tuple[types.FunctionType, ...],
     own: dict[Hashable, LoweredFunction],
 ) -> LoweredFunction:
-    """Return the function for arguments like these; `own` keeps those that take functions of the program."""
+    """Return the function for such arguments; `own` keeps those that take functions."""
     function = inspect.unwrap(callable_)
     if not isinstance(function, types.FunctionType):
         raise Problem(message=f"a {type(function).__name__} is not a function", hint="write it with `def`").error

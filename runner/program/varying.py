@@ -24,7 +24,7 @@ class ArrayOf(NamedTuple):
 
 
 class Way(NamedTuple):
-    """Way of calling a function: whether some lanes may be inactive, and what differs in each parameter."""
+    """Way of calling a function: whether lanes may be inactive, and what differs in parameters."""
 
     masked: bool
     parameters: tuple["bool | ArrayOf", ...]

@@ -90,7 +90,7 @@ class _Number:
 
 
 class _NotFinite(_Number):
-    """A number that is infinite or NaN: so is every sum and product with it, and its quotient by another."""
+    """A number that is infinite or NaN: so are sums and products with it, and quotients of it."""
 
     def _sum(self, other: object) -> _Number:
         return self

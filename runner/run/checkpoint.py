@@ -1,4 +1,4 @@
-"""An interrupted run on disk: what moves, and the rows recorded so far, to go on from to the same bits."""
+"""An interrupted run on disk: what moves, and recorded rows, to go on from to the same bits."""
 
 import hashlib
 import json

@@ -17,7 +17,7 @@ _PLAIN = 2**31  # integers below need no suffix
 
 
 def c99_text(program: form.Program, name: str = "") -> str:
-    """The translation unit of a program; its entry is called by `name`, or as the program has it."""
+    """The translation unit of a program; its entry has this `name`, or the program's."""
     names = _function_names(program, name)
     functions = [_FunctionOfC(function, names) for function in program.functions.values()]
     bodies = ["\n".join(function.lines()) for function in functions]

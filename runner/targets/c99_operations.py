@@ -1,4 +1,4 @@
-"""Each operation of the form in C99: an operator, a function of libm, or a small function written out."""
+"""Each operation of the form in C99: an operator, a function of libm, or one written out."""
 
 from proofmass.runner.program.form import FLOAT, INTEGER, OPERATIONS, TRUTH
 

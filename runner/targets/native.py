@@ -261,7 +261,7 @@ def arrays_of(slots: Slots[K], values: Mapping[K, Any], *lanes: int) -> dict[str
 
 
 def finite_places(plan: Plan, written: TickLoop) -> list[int]:
-    """Return the places of floats that must stay finite: what is integrated, and the check of the wires."""
+    """Return the places of floats that must stay finite: integrals, and the check of the wires."""
     kinds = written.memory.kinds
     states = [kinds[StateField(*state)] for solver in plan.solvers for state in solver.group.states]
     return [*(place for kind, place in states if kind is float), written.memory.counts[FLOATS]]

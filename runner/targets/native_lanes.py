@@ -1,4 +1,4 @@
-"""The compiled loop of several runs side by side, on arrays that hold everything that moves in each."""
+"""The compiled loop of several runs side by side, on arrays of all that moves in each."""
 
 import math
 import threading

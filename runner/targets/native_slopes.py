@@ -118,7 +118,7 @@ class SlopesInCode(CompiledLoop):
         self._addresses = [array.ctypes.data for array in self._arrays]
         self._seeded = self._live = np.array([place in seeded for place in self._places.values()], dtype=bool)
         self._wanted = np.append(self._live, np.zeros(most, dtype=bool))  # numbers and events whose directions are run
-        self._renewing = np.zeros(len(self._wanted), dtype=bool)  # of these, which may move matrices
+        self._renewing = np.zeros(len(self._wanted), dtype=bool)  # which of these may move matrices
         self._chunk = 1  # ticks at once, until it is known which directions are wanted
 
     def _state_of_events(self) -> AnyArray:

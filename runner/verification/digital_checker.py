@@ -36,7 +36,7 @@ _Within = Callable[[int, Fraction, Fraction], bool]  # may a number, by place, h
 
 
 def check_digital(claim: Mapping[str, Any]) -> tuple[str, bool]:
-    """Return what a claim says, and whether it holds; raises an error of Python for what cannot be read."""
+    """Return what a claim says, and whether it holds; raises Python's error for unreadable ones."""
     kind, inputs = claim["kind"], [(str(one["signal"]), *_ends(one["ends"])) for one in claim["inputs"]]
     start = np.array([_number(value) for value in claim["start"]], dtype=object)
     entering, errors = [inputs[place][1:] for place in claim["entering"]], [_ends(one) for one in claim["errors"]]

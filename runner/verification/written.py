@@ -1,4 +1,4 @@
-"""Findings as a table for the terminal, as JUnit XML for continuous integration, and as one HTML file."""
+"""Findings as a table for the terminal, as JUnit XML, and as one HTML file."""
 
 import math
 from collections.abc import Sequence

@@ -72,7 +72,7 @@ class Allan(Told, Plotted):
     levels: Levels  # N, B, K and Q with intervals
 
     def as_data(self) -> dict[str, Any]:
-        """Plain data, for `--json`; coefficients in units of the signal and in those of data sheets."""
+        """Plain data, for `--json`; coefficients in the signal's and data sheets' units."""
         return {
             "signal": self.name,
             "unit": self.unit,

@@ -167,7 +167,7 @@ class _Fit:
 
 
 def _edge(within: Callable[[float], bool], inside: float, factor: float) -> float:
-    """Return where a condition stops holding: growing steps find the end, halved steps its place."""
+    """Return where a condition stops holding: growing steps find the end, halves its place."""
     outside = inside * factor
     while within(outside):
         inside, outside = outside, outside * factor

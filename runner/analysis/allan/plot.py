@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def plot_allan(allan: Allan) -> "Figure":
-    """Overlapping Allan deviation with its interval of 95 %, the fit, and each coefficient that is seen."""
+    """Overlapping Allan deviation with its interval of 95 %, the fit, and each coefficient seen."""
     curve = allan.curves[AllanStatistic.ALLAN]
     factor = in_field_unit("B", 1.0, allan.unit)
     with sheet(9.0, 5.2, f"Allan deviation of {allan.name or 'the signal'}") as figure:

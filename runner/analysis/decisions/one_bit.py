@@ -113,7 +113,7 @@ def with_gains(about: Linearisation, noise: Noisy, outputs: list[Endpoint]) -> N
 
 
 def with_spectra(whole: PeriodMap, noise: Noisy) -> PeriodMap:
-    """Return the map from white noise, with filters before the errors that have a spectrum of their own."""
+    """Return the map from white noise, with filters before errors of a spectrum of their own."""
     for name, several in noise.items():
         for number, one in enumerate(several):
             if isinstance(one, OneBit) and one.shaping is not None:

@@ -25,7 +25,7 @@ _MOST_CALLS = 200_000  # of functions of blocks
 
 
 def without_standing(plan: Plan, begin: Memory, noise: Noisy) -> Noisy:
-    """Return the blocks with noise without converters whose errors stand still in a run from a memory on."""
+    """Return blocks with noise but converters whose errors stand still in a run from a memory."""
     drawing = given(plan, (Deviate,))
     steps = {name: type(plan.blocks[name]).output_functions.values() for name in noise.keys() - drawing}
     rounding = {n for n in steps if n not in plan.digital and any(quantises(each.function) for each in steps[n])}

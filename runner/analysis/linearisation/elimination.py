@@ -32,7 +32,7 @@ def eliminated(a: Array, b: Array, c: Array, d: float) -> tuple[Any, Any] | None
 
 
 def _edges(a: Array, b: Array, c: Array, d: float) -> Edges:
-    """Return what acts on each state and, as node n, on the output; node n is the input where it acts."""
+    """Return what acts on each state and, as node n, on the output; n is the input there."""
     n, later = len(a), flint.fmpq_poly([0, 1])
     edges: Edges = [{int(j): _fraction(a[i, j]) * later for j in np.flatnonzero(a[i])} for i in range(n)]
     for i in np.flatnonzero(b).tolist():

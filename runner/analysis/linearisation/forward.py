@@ -210,7 +210,7 @@ class Course:
         return self._run.reach(tick, of)
 
     def onward(self, tick: int) -> "Onward":
-        """Return the run on from the start of a tick, which all maps about it share; raises `ModelError`."""
+        """Return the run on from a tick's start, shared by maps about it; raises `ModelError`."""
         if tick not in self._onward:
             self._onward[tick] = Onward(self, self.at(tick))
         return self._onward[tick]
@@ -237,7 +237,7 @@ class Course:
 
 
 class Onward:
-    """The run from an operating point on, shared by all maps about it: memories, and what its wires hold."""
+    """The run from an operating point on, shared by maps about it: memories, held wires."""
 
     def __init__(self, course: Course, begin: Memory) -> None:
         self.course, self.begin = course, begin

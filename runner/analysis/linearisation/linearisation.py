@@ -148,7 +148,7 @@ class Linearisation:
         return system
 
     def opened(self, node: Endpoint, by_parameters: bool = False) -> OpenLoop:
-        """Return what lies between an output and itself, opened there, also where nothing comes back."""
+        """Return what lies between an output and itself, opened there, if nothing returns too."""
         group = analog_group(self.plan, node)
         if group is not None:
             return self.analog_loop(group, [node], by_parameters)
@@ -159,7 +159,7 @@ class Linearisation:
         return of_wires(whole, self.plan.period, coarse_blocks(self.plan, node))
 
     def analog_loop(self, group: Group, nodes: Sequence[Endpoint], by_parameters: bool = False) -> OpenLoop:
-        """Return the loop opened at wires between the continuous blocks of a group; raises `ModelError`."""
+        """Return the loop opened at wires among continuous blocks; raises `ModelError`."""
         if isinstance(self.point, PeriodicPoint):
             raise ModelError([self.plan.graph.placed(not_periodic(node)) for node in nodes])
         analog = analog_map(self.plan, self._onward(1), group, nodes)
@@ -282,7 +282,7 @@ class OperatingPoints:
 
     def _leaves(self, about: Linearisation, system: OpenLoop, node: Endpoint) -> bool:
         """Return whether a loop that moves on from the start, and looks the same, is another at the end of its run."""
-        if system.continuous:  # among blocks that are linear, and not driven, it is the same everywhere
+        if system.continuous:  # linear blocks that are not driven are alike everywhere
             moves = any(node in of.group.nodes and (of.renewed or not of.exact) for of in self.plan.solvers)
         else:
             moves = not system.map.notes and bool(about.point_of(Ends((node,), (node,), cut=True)).later)

@@ -1,4 +1,4 @@
-"""A graph as a linear sampled system: between two wires, or around a loop that is opened at a wire."""
+"""A graph as a linear sampled system: between wires, or around a loop opened at one."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING

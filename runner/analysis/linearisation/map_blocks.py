@@ -1,4 +1,4 @@
-"""The blocks of a map between wires, when they tick together again, and what is to be said about them."""
+"""The blocks of a map between wires, when they tick together again, and notes on them."""
 
 import math
 from collections.abc import Collection, Iterator, Sequence

@@ -1,4 +1,4 @@
-"""The numbers of a graph at the ends of successive periods: what moves, and after how many it comes back."""
+"""The numbers of a graph at the ends of successive periods: what moves, and when it comes back."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any

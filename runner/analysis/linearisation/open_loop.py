@@ -126,7 +126,7 @@ class OpenLoop:
         return OnCircle(self._sparse) if self._sparse is not None and self.per_period == 1 else None
 
     def growths(self, factors: npt.NDArray[Any]) -> Array:
-        """Logarithms of what the slowest mode grows by in a period, for each of some factors at the wire."""
+        """Logarithms of the slowest mode's growth in a period, for some factors at the wire."""
         return self.by_values.growths(factors, self.hidden)
 
     def lifted(self, w: Array) -> Complex:

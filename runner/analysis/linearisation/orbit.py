@@ -51,7 +51,7 @@ FROZEN, NOTED = 0.02, 1e-3  # largest accepted change of a loop in the time of i
 LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks and periods of a map over several periods
 WAITED = 2  # least number of periods that a waiting switch stands still
 _SETTLED_IN = 3.0  # time constants of a loop that a switch lets it be before it is told as before
-_FORGOTTEN, _STRETCHES = 8.0, 3  # time constants of the lowest crossover in a stretch of a run, and how many
+_FORGOTTEN, _STRETCHES = 8.0, 3  # time constants of the lowest crossover in a stretch, number
 _LATER = 64  # periods by which a stretch may be longer, to end where the orbit is nearly back
 _FEW = 256  # periods, up to which it may be twice as long
 _JUMPS = 16  # instants at which the map is compared
@@ -304,7 +304,7 @@ class OrbitSearch:
         return self._compared.change(first, after) <= SAME
 
     def _closed(self, first: PeriodMap, returns: Iterable[int], exactly: bool = False) -> OrbitPoint | None:
-        """The map over so many periods that the orbit comes back, but for a slow motion, or `exactly`."""
+        """The map over periods after which the orbit closes but for slow motion, or `exactly`."""
         for periods in returns:
             closed = self._run.map(0, periods)
             after = self._run.map(periods, periods)

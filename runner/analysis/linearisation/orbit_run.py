@@ -27,7 +27,7 @@ _Pair = tuple[PeriodMap, PeriodMap]
 
 
 class OrbitRun:
-    """A run on from an operating point, which is the start of a period of the map between some ends."""
+    """A run on from an operating point, the start of a period of the map between some ends."""
 
     def __init__(self, plan: Plan, ends: Ends, onward: Onward) -> None:
         self._plan, self._onward, self._ends = plan, onward, ends

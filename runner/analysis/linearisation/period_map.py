@@ -88,7 +88,7 @@ class PeriodMap:
         return len(self.states)
 
     def names(self, entries: Sequence[Entry]) -> list[str]:
-        """Names of states, inputs or outputs; those of a wire are numbered where a period holds several."""
+        """Names of states, inputs or outputs; those of a wire have numbers if several."""
         several = {entry[:2] for entry in entries if entry[2] > 0}
         return [f"{name}.{part}" + (f"[{i}]" if (name, part) in several else "") for name, part, i in entries]
 

@@ -42,7 +42,7 @@ _SAME = 1e-8  # relative difference allowed between the maps of two periods
 
 @dataclass(frozen=True)
 class PeriodicPoint:
-    """Operating point that comes back: memory there, base ticks of the period, and how well it closes."""
+    """Operating point that comes back: memory, base ticks of the period, and how well it closes."""
 
     memory: Memory
     ticks: int
@@ -92,7 +92,7 @@ class _Shooting:
                 self._sizes[entry] = max(self._sizes.get(entry, 0.0), abs(float(value)))
 
     def candidates(self) -> Iterator[int]:
-        """Yield how many common periods the orbit may take: one, and those after which a run comes back."""
+        """Yield how many common periods the orbit may take: one, and those that a run takes."""
         yield 1
         longest, tried = LONGEST // self.common, {1}
         for span in dict.fromkeys(min(span, longest) for span in _SPANS):

@@ -33,7 +33,7 @@ from proofmass.runner.host.arrays import Array, Complex
 
 Verdict = Literal["stable", "marginal", "unstable"]
 _ROUNDINGS = 8  # roundings of each number of a loop in a tick
-_EXACT_BITS = 12  # a number of so few bits is exact, as 0, 1 or 1/2, and not the result of arithmetic
+_EXACT_BITS = 12  # a number of so few bits is exact, as 0, 1 or 1/2, not a result of arithmetic
 _SETTLING = 10.0  # time constants of the slowest other mode, in which a point may move
 _EPSILON = float(np.finfo(float).eps)
 _LARGEST = 1e-12  # largest distance by which roundings move a pole

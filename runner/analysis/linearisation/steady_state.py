@@ -32,7 +32,7 @@ _AT_REST = 1e-6  # part of its size by which a state at rest may move in a perio
 
 
 class SteadyState:
-    """Scale factor and bias from one output to another; raises `ModelError` if there is no steady state."""
+    """Scale factor and bias between outputs; raises `ModelError` without a steady state."""
 
     def __init__(self, planned: Plan, period_map: PeriodMap, target: Endpoint) -> None:
         n = period_map.order

@@ -251,7 +251,7 @@ def _by_values(maps: Array, valued: Sequence[bool]) -> tuple[Array, Array, Array
 
 
 def maps_of_lifted(states: Sequence[Entry], a: Array, b: Array, c: Array, d: Array) -> TickMaps:
-    """Return maps with the transfer of a period. They keep x, what it becomes, and the outputs to come."""
+    """Return maps with the transfer of a period. They keep x, its next value, outputs to come."""
     n, ticks = len(a), len(d)
     size = 2 * n + ticks
     moved = np.tile(np.eye(size), (ticks, 1, 1))

@@ -64,7 +64,7 @@ def _delayed(parts: _Parts, late: int) -> _Parts:
 
 
 def _poles(parts: _Parts, turns: Array) -> Complex:
-    """Return the poles of a period for each turn at the wire, whose values depend on earlier ones alone."""
+    """Return the poles of a period for each turn at the wire, with values of earlier ones."""
     a, b, c, d = parts
     factors = np.exp(-1j * turns)[:, None]
     values = np.zeros((len(turns), *c.shape), dtype=complex)

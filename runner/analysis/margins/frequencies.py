@@ -128,7 +128,7 @@ def _sparse_response(a: Array, b: Array, c: Array, z: Complex) -> _Told:
 
 @dataclass(frozen=True)
 class Samples:
-    """The response of a system on a grid of frequencies, with the function that gives it between them."""
+    """The response of a system on a grid of frequencies, with the function between them."""
 
     answer: Callable[[Array], Complex]
     w: Array

@@ -120,7 +120,7 @@ def _modes(
 
 
 def _without(polynomial: Polynomial, zeros: Sequence[Any]) -> Any:
-    """Return a polynomial without some of its zeros; of a pair of which one stays, the real part does."""
+    """Return a polynomial without some of its zeros; of a pair with one left, the real part."""
     left, divided = list(zeros), flint.fmpq_poly(polynomial)
     while left:
         zero = left.pop()

@@ -103,7 +103,7 @@ def second_opinion(margins: Margins) -> SecondOpinion:
 
 
 def _transfer(quotient: Transfer, margins: Margins) -> Any:
-    """Return a loop of many states by its coefficients: their state space takes seconds over a grid."""
+    """Return a loop of many states by its coefficients: its state space takes seconds."""
     # start-up time: control takes 0.9 s
     import control
 
@@ -146,7 +146,7 @@ def _crossovers(system: Any, margins: Margins) -> tuple[list[float], list[float]
 
 
 def _searched(system: Any, grid: Array) -> tuple[Array, Array, Array]:
-    """Return the factors and degrees that `stability_margins` finds on a grid, and all their frequencies."""
+    """Return factors and degrees that `stability_margins` finds on a grid, and their places."""
     # start-up time: control takes 0.9 s
     import control
 

@@ -1,4 +1,4 @@
-"""Covariances along a run: of what lasts from tick to tick, by the blocks that make it, and of outputs."""
+"""Covariances along a run: of what lasts, by the blocks that make it, and of outputs."""
 
 import math
 from collections import Counter

@@ -207,7 +207,7 @@ class _Words:
         return found
 
     def _signs(self, entry: Entry, levels: int, change: Array) -> float:
-        """Return how far successive ties that are made even err alike: their sign is that of sin(pi y)."""
+        """Return how far successive ties made even err alike: their sign is that of sin(pi y)."""
         parts = levels or self._parts(entry)
         if not 1 < parts < _TIED:
             return 0.0

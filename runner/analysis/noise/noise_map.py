@@ -42,7 +42,7 @@ _FADING = 0.999  # factor in a period, for the units of states that may wander
 
 
 def variance(part: str) -> float:
-    """Return the variance of an input: of a deviate, of an error that is uniform over one step, or zero."""
+    """Return the variance of an input: of a deviate, of a uniform error of one step, or zero."""
     return 1.0 if part in (DEVIATE, ONE_BIT) else 1.0 / 12.0 if rounds(part) else 0.0
 
 

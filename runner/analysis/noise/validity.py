@@ -68,7 +68,7 @@ class Dither:
 
     @property
     def gridded(self) -> bool:
-        """Return whether its input lies on a grid so coarse that the error is not white and uniform."""
+        """Return whether its input's grid is too coarse for an error that is white and uniform."""
         return self.apart > APART
 
     @property

@@ -1,1 +1,1 @@
-"""Responses of a graph from one wire to another: linear ones, and those of simulations beside them."""
+"""Responses of a graph from one wire to another: linear ones, and simulated ones beside them."""

@@ -1,4 +1,4 @@
-"""Picture of a response: gain and phase over frequency, the step response, and what a simulation gave."""
+"""Picture of a response: gain and phase over frequency, step response, and simulation."""
 
 from typing import TYPE_CHECKING, Any
 

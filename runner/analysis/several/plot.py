@@ -1,4 +1,4 @@
-"""Pictures of several loops: perturbations together over frequency, and margins over a parameter."""
+"""Pictures of several loops: perturbations together, and margins over a parameter."""
 
 import math
 from typing import TYPE_CHECKING

@@ -19,7 +19,7 @@ JITTER = 0.05  # of a step, by which the times of a recording may be off equal s
 
 
 def refused_scatter(values: Array, name: str) -> Problem | None:
-    """Return why values that move are too large or too small for their squares, or None; NaN is left out."""
+    """Return why moving values are too large or small for their squares, or None, without NaN."""
     known = values[np.isfinite(values)]
     scatter = float(np.max(known)) - float(np.min(known)) if len(known) else 0.0
     if not scatter or _LEAST < scatter < _MOST:

@@ -1,1 +1,1 @@
-"""Arguments and options of the commands, by subject; what a command does is imported when it is called."""
+"""Arguments and options of the commands, by subject; commands are imported when called."""

@@ -34,7 +34,7 @@ class Alternated(NamedTuple):
 def alternate(
     temperature: AnyArray, output: AnyArray, start: tuple[float, float], tolerance: float = TOLERANCE
 ) -> Alternated:
-    """Alternate from the starting exponents, on unshifted temperatures: shifting them changes the path."""
+    """Alternate from the starting exponents, on unshifted temperatures: shifts change the path."""
     largest = LARGEST_ARGUMENT / float(np.abs(temperature).max())
     most = min(MOST_ITERATIONS, max(1, MOST_WORK // len(temperature)))
     (b1, b2), before, iterations = start, np.inf, 0

@@ -1,4 +1,4 @@
-"""Readings without dimension, conversion of results to units of the readings, and confidence intervals."""
+"""Readings without dimension, results in units of the readings, and confidence intervals."""
 
 import math
 from collections.abc import Sequence
@@ -63,7 +63,7 @@ class ScaledReadings:
 
 
 def half_widths(jacobian: AnyArray, residual: AnyArray) -> list[float]:
-    """Half the width of the 95 % interval of each coefficient; infinite where its column adds nothing."""
+    """Half the width of the 95 % interval of each coefficient; infinite if it adds nothing."""
     # start-up time: this part of SciPy takes 0.15 s
     from scipy.special import stdtrit
 

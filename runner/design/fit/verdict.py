@@ -130,7 +130,7 @@ def lagging(optimum: float, reached: float, range_of_output: float, iterations: 
 
 
 def roughness(x: AnyArray, v: AnyArray) -> float:
-    """Return how much v jumps from one x to the next: 0 for a smooth function of x, about 1 without one."""
+    """Return how much v jumps from one x to the next: 0 for a smooth function, about 1 else."""
     knots, where = np.unique(x, return_inverse=True)
     levels = np.bincount(where, weights=v) / np.bincount(where)
     spread = float(levels.var()) * 2.0 * (len(knots) - 1)

@@ -147,7 +147,7 @@ class UnknownsSolver:
         return np.concatenate([self.residuals(values), self._prior(values)])
 
     def _roughness(self, values: AnyArray, before: AnyArray, table: AnyArray) -> float:
-        """Return by how much rounding alone moves the sum of squares: over steps that move nothing else."""
+        """Return by how much rounding alone moves the sum of squares: in steps of nothing else."""
         lengths = np.linalg.norm(table, axis=0)
         tiny = _TINY * self.scales / np.where(lengths > 0.0, lengths, math.inf)
         sides = [values + side * tiny for side in (1.0, -1.0, 2.0, -2.0)]
@@ -208,7 +208,7 @@ class UnknownsSolver:
         return outputs
 
     def raw(self, values: AnyArray) -> list[tuple[str, AnyArray]]:
-        """Return the differences between run and recording of each output, recording by recording."""
+        """Return differences of run and recording of each output, by recording."""
         go_on(self._stop)
         if self._progress:
             self._expected = max(self._expected, self.runs + 2 * len(self.unknowns) + 1)

@@ -1,4 +1,4 @@
-"""A picture of a sigma-delta modulator: its noise transfer function, and signal to noise over amplitude."""
+"""Picture of a sigma-delta modulator: noise transfer function, signal to noise over amplitude."""
 
 import math
 from typing import TYPE_CHECKING

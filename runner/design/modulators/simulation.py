@@ -31,7 +31,7 @@ def levels_of(y: Array, levels: int) -> Array:
 
 
 def output_of(structure: Structure, k: Coefficients, inputs: Array, levels: int) -> tuple[Array, Array, Array]:
-    """Return levels, swings of the states, and whether each loop was lost; `inputs` has a row per sample."""
+    """Return levels, swings of the states, and lost loops; `inputs` has a row per sample."""
     n = structure.order
     rows, last = structure.stepped(k)
     x, swings = np.zeros((n, inputs.shape[1])), np.zeros((n, inputs.shape[1]))

@@ -72,7 +72,7 @@ class Structure:
         return np.array(rows), last + k.b[n] * unit[n]
 
     def stepped(self, k: Coefficients) -> tuple[Array, Array]:
-        """Return the matrices from sample to sample; of continuous time over the pulse and a held input."""
+        """Return matrices from sample to sample; in continuous time over the pulse and a hold."""
         rows, last = (part.astype(float) for part in self.matrices(k))
         if self.pulse is None:
             return rows, last
@@ -156,7 +156,7 @@ def scaled(structure: Structure, k: Coefficients, swings: Sequence[float]) -> Co
 
 
 def named(k: Coefficients, value: Callable[[str], Any]) -> Coefficients:
-    """Return the coefficients with what `value` makes of their names, a1 and so on; zeros and ones stay."""
+    """Return the coefficients by `value` of their names, a1 and so on; zeros and ones stay."""
     return Coefficients(
         **{
             letter: tuple(v if v in (0.0, 1.0) else value(f"{letter}{i}") for i, v in enumerate(numbers, 1))

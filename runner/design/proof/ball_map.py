@@ -170,7 +170,7 @@ class StartingLoop(Starting):
             most = f"{MOST_STATES} states and {MOST_VALUES} values"
             raise too_large(plan, has, node, most, "open the loop at its slowest wire with --loop")
         self._run, self.in_ticks = BallRun(plan, ends, point, rest), rest is None
-        self.period, self.values = between.period, len(between.inputs)  # s, and values of the wire in it
+        self.period, self.values = between.period, len(between.inputs)  # s, and values of the wire
 
     def _kept(self, rows: MatrixRows, order: int) -> Kept:
         """Return what matters: a value that nothing reads, or that follows nothing, is not a part of the loop."""
@@ -198,7 +198,7 @@ class ChangesLaterError(ModelError):
 
 
 def at_start(plan: Plan, ends: Ends, tick: int = 0) -> OrbitPoint:
-    """Return the map between some ends at the start; raises `ChangesLaterError` where there is none."""
+    """Return the map between ends at the start; raises `ChangesLaterError` without one."""
     try:
         return linearised(plan, tick).point_of(ends)
     except ModelError as error:

@@ -70,7 +70,7 @@ class BoxMaps:
         return OpenCorners(order, size[0] - order, stack, around, kept.rest, tuple(chosen), len(sides), ticks)
 
     def bend(self, sides: Sides, place: int) -> float:
-        """Return how far the loop bends along a side of a box, by its middle; raises `UndecidedError`."""
+        """Return how a loop bends along a box's side, by its middle; raises `UndecidedError`."""
         near = [(middle, middle) for middle in (middle_of(*side) for side in sides)]
         (low, high), (middle, _) = sides[place], near[place]
         near[place] = middle + _NEAR * (low - middle), middle + _NEAR * (high - middle)

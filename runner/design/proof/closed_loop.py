@@ -78,7 +78,7 @@ class Disc:
 
 @dataclass(frozen=True)
 class OpenCorners:
-    """An open loop over a box: [A B; C D] at its corners, and its parts as polynomials in all of it."""
+    """An open loop over a box: [A B; C D] at its corners, and its parts as polynomials."""
 
     order: int
     values: int  # of the wire in a period
@@ -230,7 +230,7 @@ def shares_of(terms: Terms, exact: set[int], last: int) -> dict[int, Array]:
 
 
 def with_disk(of: OpenCorners, ends: tuple[float, float]) -> Family:
-    """Return the matrix of all factors of a disk, both `ends` of whose size are the same, over a box."""
+    """Return the matrix of all factors of a disk, of size `ends`, which are equal, over a box."""
     size, n, k = ends[0], of.order, of.values
     a, b, c, d = quarters(of.corners, n)
     e = power = Enclosed.exact(np.zeros_like(d.middle)).moved(np.eye(k))
@@ -244,7 +244,7 @@ def with_disk(of: OpenCorners, ends: tuple[float, float]) -> Family:
 
 
 def through(of: OpenCorners, ends: tuple[float, float]) -> Family:
-    """Return the matrix of a response whose output is divided by a limit, both `ends`, over a box."""
+    """Return the matrix of a response with its output over a limit, both `ends`, over a box."""
     limit, n, k = ends[0], of.order, of.values
     a, b, c, d = of.terms
     below = ({key: term / flint.arb(limit) for key, term in part.items()} for part in (c, d))

@@ -46,7 +46,7 @@ def largest(logs: Array, sharpness: float) -> tuple[float, Array]:
 
 
 def unknown(left: Array, rest: Array, right: Array) -> tuple[float, Array, Array]:
-    """Return the Frobenius norm of abs(left) rest abs(right), and its slopes by `left` and by `right`."""
+    """Return the Frobenius norm of abs(left) rest abs(right), and its slopes by both."""
     before, after = np.abs(left) @ rest, rest @ np.abs(right)
     both = before @ np.abs(right)
     size = float(np.linalg.norm(both)) or 1e-300

@@ -1,4 +1,4 @@
-"""Inputs of a digital part: converters, and the ranges that are stated of them or of the wires into them."""
+"""Inputs of a digital part: converters, and ranges stated of them or the wires into them."""
 
 import math
 from collections.abc import Iterator, Mapping

@@ -233,7 +233,7 @@ class _Part:
         self.rooms = _fullest(rooms)
 
     def error(self, node: Endpoint) -> tuple[float, float]:
-        """Return the ends of what errors do to an output, in its steps; infinite where they do not decay."""
+        """Return ends of what errors do to an output, in steps; infinite if they do not decay."""
         reached = [reach for form in self.map.outputs[node] if (reach := self._reach.of_errors(form))]
         return min((r.low for r in reached), default=0.0), max((r.high for r in reached), default=0.0)
 

@@ -75,7 +75,7 @@ class DigitalReach:
         return [reached[number] for number in range(len(forms))]
 
     def _own(self, form: AffineMantissa, kinds: tuple[str, ...]) -> _Ends:
-        """Return the ends of what a form has of what enters at once, and of the start where that counts."""
+        """Return ends of a form's part of what enters at once, and of the start if it counts."""
         low = high = form.constant + sum((f * self._start.get(s, 0) for s, f in form.terms.items()), Fraction(0))
         if INPUT not in kinds:
             low = high = Fraction(0)

@@ -1,4 +1,4 @@
-"""Claims about quantities of outputs, as they are written: "dac.code" with limits such as "-8830..-8820"."""
+"""Claims about quantities of outputs, as written: "dac.code" with limits "-8830..-8820"."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence

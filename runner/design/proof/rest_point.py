@@ -50,7 +50,7 @@ _LONG = 1 << 16  # ticks of a run that does not settle
 _NEWTON, _WIDENED, _NEAR = 12, 16, 1e-13  # steps at most, and part of a number that ends Newton's
 _CLOSE, _LEAST = 1e-15, 1e-70  # reaches at least: part of a number, and beside zero
 _FARTHEST = 1e30  # beyond which no reach is tried
-_ROOM, _SPARE = 1.3, 1.15  # how much further than needed a reach is, and at least, so that parts lie within
+_ROOM, _SPARE = 1.3, 1.15  # how much further than needed a reach is, at least
 _MOST_NUMBERS = 256  # at the starts of all periods of an orbit: matrices are as large
 
 

@@ -27,7 +27,7 @@ LONGEST_INPUT = 1 << 16  # values
 
 @dataclass(frozen=True, repr=False)
 class OverflowRun:
-    """A run in which a number overflows: a graph with the inputs in it, which anyone can run again."""
+    """A run in which a number overflows: a graph with these inputs, to run again."""
 
     graph: Graph
     inputs: Mapping[str, tuple[float, ...]]  # values by the signal that they take the place of

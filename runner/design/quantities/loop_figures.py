@@ -81,7 +81,7 @@ class _Response:
         self.scale = 1.0 if system.continuous else system.map.period
 
     def at(self, w: float) -> tuple[complex, complex, Complex, Complex]:
-        """Return L, its derivative by frequency, and the vectors to the left and right of a change of A."""
+        """Return L, its derivative by frequency, and vectors left and right of a change of A."""
         if w not in self._at:
             a, b, c, d = self.system.matrices
             z = 1j * w if self.system.continuous else cmath.exp(1j * w * self.scale)

@@ -1,4 +1,4 @@
-"""A picture of a tuning: parameters between their bounds, how far goals are met, loops before and after."""
+"""Picture of a tuning: parameters in bounds, how far goals are met, loops before and after."""
 
 import math
 from typing import TYPE_CHECKING

@@ -146,7 +146,7 @@ class Search:
     def _solved(
         self, at: TriedPoint, last: float, sign: float, ends: tuple[float, float], constraints: Any, gradients: Any
     ) -> TriedPoint:
-        """Return the point at which a last number, times a sign, is least, from where it has some value."""
+        """Return the point at which a last number, times a sign, is least, from some value."""
         size = len(at.parts)
         optimum = _minimize(
             lambda x: (sign * x[size], np.append(np.zeros(size), sign)),

@@ -180,7 +180,7 @@ class ToleranceBox:
         return lambda base, at: spread.of_normal(base, at[place])
 
     def _drift(self, study: Study, name: str, drift: Drift) -> Move:
-        """Add the laws that differ between sensors: their pace, and for a walk how far it is at the age."""
+        """Add the laws that differ between sensors: pace, and how far a walk is at the age."""
         unit, places = "1" if drift.relative else study.unit_of(name), dict[int, int]()
         for sample, law in enumerate(sorted(LAWS, key=lambda law: law == WALK)):  # as `Drift.aged` numbers its deviates
             mean = 0.0 if law == WALK else getattr(drift, law)

@@ -1,4 +1,4 @@
-"""The engine `cxxrtl`: the compiled loop with a model of the Verilog in the place of the digital blocks."""
+"""The engine `cxxrtl`: the compiled loop with a model of the Verilog for the digital blocks."""
 
 from dataclasses import replace
 

@@ -23,7 +23,7 @@ from proofmass.runner.rtl.model.cxxrtl import VerilogModel
 
 
 class MemoryPlace(NamedTuple):
-    """Place of a number of the hardware in the memory: a wire or an entry of one, or a field of a state."""
+    """Place of a hardware's number in the memory: a wire, an entry of one, or a state's field."""
 
     node: Endpoint
     entry: int | None = None

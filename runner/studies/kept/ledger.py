@@ -111,7 +111,7 @@ class Ledger:
         return every.chosen(every.numbers < below)
 
     def whole(self, first: int, below: int) -> Iterator[Outcomes]:
-        """Yield the stretches that begin in a range of runs and can be read; what is damaged is left out."""
+        """Yield stretches that begin in a range of runs, without damaged ones."""
         with suppress(sqlite3.DatabaseError, ModelError):
             yield from list(self._stretches(first, below))
             return

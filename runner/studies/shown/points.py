@@ -1,4 +1,4 @@
-"""The points of a study: values of its sweep and intervals between calibrations, each seen alone."""
+"""The points of a study: values of its sweep and calibration intervals, each seen alone."""
 
 from collections.abc import Iterator
 from typing import Any

@@ -56,7 +56,7 @@ class Influence:
 
 @dataclass(frozen=True)
 class Regression:
-    """Influences, the largest effect first, and the part of the variance that straight lines explain."""
+    """Influences, the largest effect first, and the variance that straight lines explain."""
 
     influences: tuple[Influence, ...]
     explained: float

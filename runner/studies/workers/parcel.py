@@ -27,7 +27,7 @@ class ParcelError(RuntimeError):
 
 @dataclass(frozen=True)
 class Parcel:
-    """A study, how its runs are computed, and a hash of facts that must be equal wherever it is unpacked."""
+    """A study, how its runs are computed, and a hash of facts, equal wherever it is unpacked."""
 
     text: str
     files: tuple[tuple[str, bytes], ...]  # recordings, long lists, named by hash; own blocks
