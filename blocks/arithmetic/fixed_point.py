@@ -42,7 +42,8 @@ _OVERFLOWS = get_args(Overflow)
 class OverflowCount:
     """Count of the casts that saturated or wrapped: `total`. `lost` is nonzero whenever `total` is; it is cheaper.
 
-    While a step is traced they are signals; with `refusals` so is `refused`, not 0 where a cast refuses.
+    While a step is traced they are signals; with `refusals` so is `refused`, not 0 where a cast
+    refuses.
     """
 
     def __init__(self, refusals: bool) -> None:
@@ -188,7 +189,8 @@ def fixed(value: int | float | Fraction, format: Fixed, rounding: Rounding | Lit
 def where(condition: Condition, chosen: Any, otherwise: Any) -> Any:
     """`chosen` where the condition holds, else `otherwise`; both are computed, as hardware does.
 
-    A plain `if` does the same; this one stays cheap where many follow each other. Values are FixedValue or integers.
+    A plain `if` does the same; this one stays cheap where many follow each other. Values are
+    FixedValue or integers.
     """
     if isinstance(chosen, FixedValue) or isinstance(otherwise, FixedValue):
         a, b, fraction = _aligned(_lifted(chosen), otherwise)

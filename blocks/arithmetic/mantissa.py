@@ -114,7 +114,8 @@ def maximum(a: WholeNumber, b: WholeNumber) -> Any:
 def left_over(part: WholeNumber, whole: WholeNumber, scale: WholeNumber) -> Any:
     """The rest of a search by signs, scale part / whole: it is below the last step, so it counts as 0.
 
-    The result of the search is a sum of constants, which has no slope. Where a graph is linearised the rest brings it.
+    The result of the search is a sum of constants, which has no slope. Where a graph is linearised
+    the rest brings it.
     """
     return 0 if isinstance(part, int) else part.left_over(whole, scale)
 

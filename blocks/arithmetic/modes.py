@@ -171,7 +171,8 @@ def exponential_of(matrix: Matrix) -> Matrix:
 def balanced_exponential(matrix: Matrix) -> Matrix:
     """e to the power of a matrix whose states have units far apart, such as displacements and velocities.
 
-    Rows and columns are scaled by powers of 2 until they are alike (Parlett and Reinsch, Numer. Mathematik 13, 1969).
+    Rows and columns are scaled by powers of 2 until they are alike (Parlett and Reinsch, Numer.
+    Mathematik 13, 1969).
     """
     size = len(matrix)
     a, scales = [list(row) for row in matrix], [1.0] * size

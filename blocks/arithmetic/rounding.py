@@ -17,7 +17,8 @@ def round_half_even(value: float) -> float:
 def nearest_integer(value: float) -> float:
     """Round half to even a count of whole turns that is subtracted again: a step, not a quantised signal.
 
-    The two differ where a graph is linearised: the slope of a quantiser is one, that of a count is zero.
+    The two differ where a graph is linearised: the slope of a quantiser is one, that of a count is
+    zero.
 
     >>> nearest_integer(2.75)
     3.0
@@ -80,7 +81,8 @@ def wrapped(mantissa: int, low_bits: int, sign: int) -> int:
 def nearest_level(value: float, last: float) -> int:
     """The nearest of the levels 0 to `last`; a tie goes up.
 
-    Here a quantiser knows that it has but two levels: its gain is then not one where a graph is linearised.
+    Here a quantiser knows that it has but two levels: its gain is then not one where a graph is
+    linearised.
 
     >>> nearest_level(2.5, 7.0), nearest_level(-3.0, 7.0), nearest_level(0.7, 1.0)
     (3, 0, 1)

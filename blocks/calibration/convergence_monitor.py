@@ -1,6 +1,7 @@
 """Convergence monitor: done = largest relative change of stiffness and damping < tolerance, `hold` ticks in a row.
 
-The iteration repeats until the error falls below a threshold (Sarraf et al. 2012, section 2.1, step vii).
+The iteration repeats until the error falls below a threshold (Sarraf et al. 2012, section 2.1, step
+vii).
 """
 
 from typing import NamedTuple

@@ -1,6 +1,7 @@
 """Switch pattern: on = slot is even; as a palindrome on = slot mod 4 is 0 or 3, ABBA, blind to drift linear in time.
 
-(Digital quartz accelerometer, section III.B, switches once; patterns that go on are those of comparison weighings.)
+(Digital quartz accelerometer, section III.B, switches once; patterns that go on are those of
+comparison weighings.)
 """
 
 from proofmass.blocks.declaration.declare import Block, Input, param

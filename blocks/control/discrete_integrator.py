@@ -1,6 +1,7 @@
 """Discrete integrator, forward Euler: y[n+1] = y[n] + gain Ts u[n], gain Ts / (z - 1).
 
-Where it is limited, y stops at the limit and leaves it as soon as the input has the other sign (clamping).
+Where it is limited, y stops at the limit and leaves it as soon as the input has the other sign
+(clamping).
 """
 
 from collections.abc import Iterator

@@ -1,6 +1,7 @@
 """Unipolar digital-to-analog converter: voltage = clip(rint(number)) reference / 2^bits, held over the period.
 
-As DA0 of the digital quartz accelerometer, V = N_VREF K_DA0 with K_DA0 = reference / 2^bits (eq. 30).
+As DA0 of the digital quartz accelerometer, V = N_VREF K_DA0 with K_DA0 = reference / 2^bits (eq.
+30).
 """
 
 from typing import NamedTuple

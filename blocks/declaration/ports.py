@@ -71,7 +71,8 @@ class BufferPort:
 class Buffer:
     """Declare a vector of state: a delay line, cells. `start` may fill it, `update` changes it in place.
 
-    `doc` is a sentence, `dtype` float, int or bool. `shape` has lengths, or names of parameters that have them.
+    `doc` is a sentence, `dtype` float, int or bool. `shape` has lengths, or names of parameters
+    that have them.
 
     >>> from proofmass import Buffer
     >>> Buffer("The last samples.", float, ("ticks",)).named("line").shape

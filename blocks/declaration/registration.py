@@ -1,6 +1,7 @@
 """Decorators that register functions on a kind of block, one for each role of a function.
 
-The decorators are attributes of the kind, as in `@Gain.output("V")`, and not of its blocks; see `facts.py`.
+The decorators are attributes of the kind, as in `@Gain.output("V")`, and not of its blocks; see
+`facts.py`.
 """
 
 import inspect
@@ -66,7 +67,8 @@ class Registration(Facts):
     def fold(cls, function: _Function) -> _Function:
         """Register `fold(c, x) -> State`: the state of a continuous block in another form, at the end of each tick.
 
-        An angle that grows loses digits: its whole turns are counted apart. Outputs are the same but for rounding.
+        An angle that grows loses digits: its whole turns are counted apart. Outputs are the same
+        but for rounding.
         """
         if "derivative" not in cls.functions:
             raise TypeError(f"{cls.__name__}.fold: only continuous blocks have one; register the derivative before it")

@@ -59,7 +59,8 @@ Definition = tuple[ast.FunctionDef, types.CodeType]
 def _alone(text: str, code: types.CodeType) -> Definition | None:
     """The definition of a function from its own lines, which takes a tenth of reading the file that it is in.
 
-    None where these lines alone do not make the same code, as those of a function within a function may.
+    None where these lines alone do not make the same code, as those of a function within a function
+    may.
     """
     lines = _lines(text)
     first, last = code.co_firstlineno, max(_last_line(code), code.co_firstlineno)

@@ -1,6 +1,7 @@
 """Switch: output = input while closed, else the leakage; closed while `control` is true, or false if normally closed.
 
-As M1 of the digital quartz accelerometer, which adds the constant current to that of the coil (section III.B, Fig. 7).
+As M1 of the digital quartz accelerometer, which adds the constant current to that of the coil
+(section III.B, Fig. 7).
 """
 
 from proofmass.blocks.declaration.declare import Block, Input, param

@@ -1,6 +1,7 @@
 """Displacement readout: voltage = gain x + offset (Sarraf et al. 2012, section 2.1, the numerator C of eq. 5).
 
-It stands for capacitor pair, carrier, charge amplifier and demodulator together; its noise is a WhiteNoise beside it.
+It stands for capacitor pair, carrier, charge amplifier and demodulator together; its noise is a
+WhiteNoise beside it.
 """
 
 from proofmass.blocks.declaration.declare import Block, Input, param

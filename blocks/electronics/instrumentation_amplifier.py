@@ -1,6 +1,7 @@
 """Instrumentation amplifier: output = (1 + Rf / Rg) input (digital quartz accelerometer, section II.B.3, k_amp).
 
-A relative change e of Rf changes the gain G by (G - 1) / G e: of -200 ppm, -180 ppm arrive at a gain of 10.
+A relative change e of Rf changes the gain G by (G - 1) / G e: of -200 ppm, -180 ppm arrive at a
+gain of 10.
 """
 
 from proofmass.blocks.declaration.declare import Block, Input, param

@@ -1,6 +1,7 @@
 """Wrapping integrator: y[n+1] = y[n] + gain T u[n], less as many spans as put it between lowest and highest.
 
-span = highest - lowest; lowest itself is inside, highest is not. `wraps` counts the spans that were taken off.
+span = highest - lowest; lowest itself is inside, highest is not. `wraps` counts the spans that were
+taken off.
 """
 
 import math

@@ -171,7 +171,8 @@ def number_floor_divide(a: float, b: float) -> float:
 def signed(size: float, sign: float) -> float:
     """Return |size| with the sign of the other number, and without one where that is NaN.
 
-    IEEE 754 leaves the sign of a NaN open: machines, and compilers that compute constants, give it either.
+    IEEE 754 leaves the sign of a NaN open: machines, and compilers that compute constants, give it
+    either.
 
     >>> signed(2.0, -0.0), signed(-2.0, math.nan), signed(-2.0, -math.nan)
     (-2.0, 2.0, 2.0)

@@ -1,7 +1,8 @@
 """Coriolis force of one mode of a vibratory gyroscope on the other: F = s 2 m Omega v (Sarraf et
 al. 2012, section 3.3, equations 6 and 7; the paper prints dy/dt in both).
 
-The sign s is +1 for the force on the drive mode and -1 for that on the sense mode: together they do no work.
+The sign s is +1 for the force on the drive mode and -1 for that on the sense mode: together they do
+no work.
 """
 
 from proofmass.blocks.declaration.declare import Block, Input, param

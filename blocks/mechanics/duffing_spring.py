@@ -1,6 +1,7 @@
 """Nonlinear spring: F = -(linear x + quadratic x^2 + cubic x^3) (Nayfeh and Mook, Nonlinear Oscillations, 1979).
 
-A mass on k x + cubic x^3 swings at w0 (1 + 3 cubic A^2 / (8 k)) for a small amplitude A: it hardens where cubic > 0.
+A mass on k x + cubic x^3 swings at w0 (1 + 3 cubic A^2 / (8 k)) for a small amplitude A: it hardens
+where cubic > 0.
 """
 
 from proofmass.blocks.declaration.declare import Block, Input, param

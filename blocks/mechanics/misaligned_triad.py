@@ -1,6 +1,7 @@
 """Triad with small errors: x = (1 + sx) X + mxy Y + mxz Z, and so on for y and z.
 
-X, Y, Z are true components, x, y, z what the axes sense; mxy is the angle by which axis x leans to Y (IEEE Std 1293).
+X, Y, Z are true components, x, y, z what the axes sense; mxy is the angle by which axis x leans to
+Y (IEEE Std 1293).
 """
 
 from proofmass.blocks.declaration.declare import Block, Input, param

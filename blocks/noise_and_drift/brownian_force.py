@@ -1,6 +1,7 @@
 """Brownian force: white, of one-sided power density 4 k T damping (Gabrielson, IEEE Trans. Electron Devices 40, 1993).
 
-k is Boltzmann's constant. In every tick the force is sqrt(2 k T damping fs) n, n standard normal, fs the block's rate.
+k is Boltzmann's constant. In every tick the force is sqrt(2 k T damping fs) n, n standard normal,
+fs the block's rate.
 """
 
 import math

@@ -1,6 +1,7 @@
 """White noise source: output = density sqrt(fs / 2) n, where n is standard normal and fs the rate of the block.
 
-The density is one-sided: the power between two frequencies below fs / 2 is density^2 times their difference.
+The density is one-sided: the power between two frequencies below fs / 2 is density^2 times their
+difference.
 """
 
 import math

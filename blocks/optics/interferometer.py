@@ -1,6 +1,7 @@
 """Two-wave interferometer: power = peak (1 + visibility cos(phase)) / 2 (Lefevre, The Fiber-Optic Gyroscope, 2014).
 
-The mean over a fringe is half the peak, whatever the visibility: the power of both waves by themselves.
+The mean over a fringe is half the peak, whatever the visibility: the power of both waves by
+themselves.
 """
 
 from proofmass.blocks.arithmetic.elementary import cosine

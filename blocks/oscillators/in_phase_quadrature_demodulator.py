@@ -1,6 +1,7 @@
 """I/Q demodulator: i = low-pass of 2 u sine, q = low-pass of 2 u cosine, Butterworth filters of order 2.
 
-Of u = A sin(f + d) and references sin(f), cos(f): i = A cos(d), q = A sin(d) (Oppenheim and Schafer, section 12.4).
+Of u = A sin(f + d) and references sin(f), cos(f): i = A cos(d), q = A sin(d) (Oppenheim and
+Schafer, section 12.4).
 """
 
 from typing import NamedTuple

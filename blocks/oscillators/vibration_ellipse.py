@@ -8,7 +8,8 @@ by the method of averaging, 1995) are
     R = cx^2 + sx^2 - cy^2 - sy^2 = (a^2 - q^2) cos 2g     S = 2 (cx cy + sx sy) = (a^2 - q^2) sin 2g
     L = 2 (cx sx + cy sy) = (a^2 - q^2) sin 2d
 
-They know g and d up to half a turn. Here d is from -pi/2 to pi/2, and g is that of a vector (cx, cy) from there.
+They know g and d up to half a turn. Here d is from -pi/2 to pi/2, and g is that of a vector (cx,
+cy) from there.
 """
 
 import math

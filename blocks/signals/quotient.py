@@ -1,6 +1,7 @@
 """Quotient of two signals: output = numerator / d, d the denominator, but at least `smallest` away from zero.
 
-Where |denominator| < smallest, d is smallest with the sign of the denominator, plus at zero: the output stays finite.
+Where |denominator| < smallest, d is smallest with the sign of the denominator, plus at zero: the
+output stays finite.
 """
 
 from proofmass.blocks.declaration.declare import Block, Input, param

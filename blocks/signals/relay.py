@@ -1,6 +1,7 @@
 """Relay with hysteresis: on where the input rises to `upper`, off where it falls to `lower`; continuous.
 
-The instant of switching is found between ticks, to within the tolerance of the graph's `[integration]`.
+The instant of switching is found between ticks, to within the tolerance of the graph's
+`[integration]`.
 """
 
 from collections.abc import Iterator

@@ -1,6 +1,7 @@
 """Chirp source: a sine whose frequency goes linearly from f0 to f1 over the sweep time T, and then stays at f1.
 
-Turns of phase since the start: f0 t + (f1 - f0) t^2 / (2 T) up to T, then f1 more per second; the phase never jumps.
+Turns of phase since the start: f0 t + (f1 - f0) t^2 / (2 T) up to T, then f1 more per second; the
+phase never jumps.
 """
 
 import math

@@ -1,6 +1,7 @@
 """Temperature profile: T = T_i + s min(pace max(t - t_i - soak_time, 0), |T_(i+1) - T_i|) for t_i <= t < t_(i+1).
 
-Each temperature T_i is reached at t_i and held for soak_time; s is the sign of T_(i+1) - T_i. The last one stays.
+Each temperature T_i is reached at t_i and held for soak_time; s is the sign of T_(i+1) - T_i. The
+last one stays.
 """
 
 from typing import NamedTuple

@@ -1,6 +1,7 @@
 """Least-squares slope of all samples: b = sum (t - mean t) (u - mean u) / sum (t - mean t)^2.
 
-Both sums by the recurrence of Welford (1962); of equally spaced times, sum (t - mean t)^2 = T^2 n (n^2 - 1) / 12.
+Both sums by the recurrence of Welford (1962); of equally spaced times, sum (t - mean t)^2 = T^2 n
+(n^2 - 1) / 12.
 """
 
 from typing import NamedTuple

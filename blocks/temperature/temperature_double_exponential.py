@@ -1,6 +1,7 @@
 """Temperature law of two exponentials: value = nominal (1 + a1 exp(b1 V) + a2 exp(b2 V)), V of a temperature sensor.
 
-With b1 < 0 < b2 it fits the bias of inertial sensors from cold to hot better than a polynomial of third degree.
+With b1 < 0 < b2 it fits the bias of inertial sensors from cold to hot better than a polynomial of
+third degree.
 """
 
 from proofmass.blocks.declaration.declare import Block, Input, param

@@ -86,7 +86,8 @@ def _looked_at(flat: FlatGraph) -> tuple[list[Problem], Schedule | None]:
 def check_apart_from(graph: Graph, doubtful: Collection[str]) -> list[Problem]:
     """Problems apart from those that follow from blocks which could not be read.
 
-    Such a block has the default parameters of its kind; its ports are known, and their names can be judged.
+    Such a block has the default parameters of its kind; its ports are known, and their names can be
+    judged.
     """
     known = {*graph.blocks}
 

@@ -90,7 +90,8 @@ class _Wiring:
 def _repeated(wiring: _Wiring, name: str) -> Iterator[Problem]:
     """Yield a note on a block with memory that reads slower wires alone.
 
-    An integrator whose output faster blocks read may be meant so: its result depends on the time, not on its ticks.
+    An integrator whose output faster blocks read may be meant so: its result depends on the time,
+    not on its ticks.
     """
     own_rate = wiring.rate(name)
     sources = [node for node in wiring.drivers[name].values() if not wiring.stands_still(node[0])]

@@ -45,7 +45,8 @@ _Node = TypeVar("_Node", bound=OutputStep)
 class Torn(NamedTuple, Generic[_Node]):
     """Steps that need each other within an instant.
 
-    Once the values of the `tears` are known, the `others` follow from them one after the other, in this order.
+    Once the values of the `tears` are known, the `others` follow from them one after the other, in
+    this order.
     """
 
     tears: tuple[_Node, ...]
@@ -87,7 +88,8 @@ class Schedule:
 def schedule(graph: FlatGraph) -> Schedule:
     """Schedule a graph whose wires are right; raises `ModelError` for a loop without delay that is not to be solved.
 
-    Steps that may come in any order are in alphabetical order, so the order of declaration changes nothing.
+    Steps that may come in any order are in alphabetical order, so the order of declaration changes
+    nothing.
     """
     drivers = {split(wire.target): split(wire.source) for wire in graph.wires}
     rates = {name: block_rate(graph, name) for name, block in graph.blocks.items() if not type(block).continuous()}

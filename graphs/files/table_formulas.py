@@ -18,7 +18,8 @@ from proofmass.graphs.model.values import NamedValue
 class TableFormulas:
     """The formulas of a file by their targets, and their `problems`; blocks in `waiting` need unread values.
 
-    A formula that needs a value that could not be read is not reported: the problem is that of the value.
+    A formula that needs a value that could not be read is not reported: the problem is that of the
+    value.
     """
 
     def __init__(self, values: Mapping[str, NamedValue], declared: object) -> None:

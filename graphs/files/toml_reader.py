@@ -51,7 +51,8 @@ def graph_from(source: AnyGraph | str | Path) -> AnyGraph | Graph:
 def read_graph(path: str | Path, own: Own | None = None) -> Graph:
     """The graph of a file; `own` are the caller's own blocks by name.
 
-    A block that is a graph is read from a file in the same folder or below it, or from the packaged library.
+    A block that is a graph is read from a file in the same folder or below it, or from the packaged
+    library.
 
     Raises `ModelError` with every problem that can be seen, each with file, line and key.
 

@@ -68,7 +68,8 @@ class Graph(Value):
     `{"bias": {"signal": "dac.code", "statistic": "mean", "from": "0.5 s"}}`, or formulas of other
     measures, `{"scale_factor": "= (plus - minus) / 2"}`.
 
-    Raises `ModelError` with every problem when a text, a name or a rate cannot be read; `check` looks at the wiring.
+    Raises `ModelError` with every problem when a text, a name or a rate cannot be read; `check`
+    looks at the wiring.
 
     `name` and `description` are for people. `blocks` are by name. `probes` are the signals to
     record, "block.output". `place` is the file that a graph comes from. `subgraphs` and `derived`

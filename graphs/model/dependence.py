@@ -1,6 +1,7 @@
 """Dependence on the values of a graph and its subgraphs: all formulas, in an order in which each can be computed.
 
-Numbers are in coherent SI units for values, and in their own units for parameters; all may be arrays.
+Numbers are in coherent SI units for values, and in their own units for parameters; all may be
+arrays.
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping

@@ -27,7 +27,8 @@ class Origin(NamedTuple):
 class FlatGraph:
     """A graph without subgraphs: those fields of its `root` that hold names, with the names of the flat graph.
 
-    Everything else is the root's: a field that is added to `Graph` and holds no name needs nothing here.
+    Everything else is the root's: a field that is added to `Graph` and holds no name needs nothing
+    here.
     """
 
     root: Graph

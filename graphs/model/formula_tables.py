@@ -21,7 +21,8 @@ BY_FORMULAS = OPTIONS.keys() | {"from", "until"}  # keys of measures that named 
 def read_formulas(table: object, at_blocks: bool = False) -> tuple[dict[str, Formula], list[Problem]]:
     """Return the formulas of a table by what they set, and the problems of the others.
 
-    They stand in the table `formulas`, or as rates and offsets at the blocks and at the top of the graph.
+    They stand in the table `formulas`, or as rates and offsets at the blocks and at the top of the
+    graph.
     """
     hint = 'write formulas = { "x_axis.mass" = "= mass" }'
     if not isinstance(table, Mapping):

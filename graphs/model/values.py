@@ -110,7 +110,8 @@ def read_quantity(entry: object) -> NamedValue:
 def _resolve(formulas: Mapping[str, Formula], read: dict[str, NamedValue], unknown: set[str]) -> Iterator[Problem]:
     """Add the values of formulas to those read, each after those that it needs; yield the problems.
 
-    A formula that needs a value that could not be read has no value either, and no problem of its own.
+    A formula that needs a value that could not be read has no value either, and no problem of its
+    own.
     """
     circles, order = circles_and_order(formulas)
     for chain in circles:

@@ -17,7 +17,8 @@ FLAG: Schema = {"type": "boolean"}
 def table(values: Mapping[str, Schema], docs: Mapping[str, str], *required: str, **more: Any) -> Schema:
     """Return the schema of a table with these keys, each with its doc, and what else it has.
 
-    What a whole table must keep is asked only where all of its keys are known: a misspelt key is one fault, not two.
+    What a whole table must keep is asked only where all of its keys are known: a misspelt key is
+    one fault, not two.
     """
     whole = {**({"required": list(required)} if required else {}), **more}
     return {

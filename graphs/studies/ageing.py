@@ -1,8 +1,10 @@
 """Drift of a parameter over the epochs of a study: laws of ageing, evaluated at an age instead of simulated.
 
-d(t) = ramp t + w(t) + logarithmic log10(1 + t / onset) + arrhenius t exp(E / k (1 / T0 - 1 / T)) + cycles n(t)
+d(t) = ramp t + w(t) + logarithmic log10(1 + t / onset) + arrhenius t exp(E / k (1 / T0 - 1 / T)) +
+cycles n(t)
 
-With a mission, the temperature is its history, and n(t) the number of cycles of a reference range that wear as much.
+With a mission, the temperature is its history, and n(t) the number of cycles of a reference range
+that wear as much.
 
 w is a random walk with standard deviation `random_walk` sqrt(t). The paces of one sensor differ
 from those of another by normal deviates of the stated spread. The laws are those of the blocks

@@ -24,7 +24,8 @@ _SLACK = 1e-9  # of an interval, for ages that are rounded
 class Recalibration:
     """Times of calibrations, and the parameters that store measures of their runs.
 
-    The first epoch always calibrates: it is the factory's. Each interval is a point that every sensor is tried at.
+    The first epoch always calibrates: it is the factory's. Each interval is a point that every
+    sensor is tried at.
     """
 
     every: tuple[float, ...] = (math.inf,)  # seconds; infinite: never again

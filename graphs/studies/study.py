@@ -160,7 +160,8 @@ class Study(Placed):
     def drawn(self, run: int, *, apart: bool = False) -> list[dict[str, float]]:
         """Parameters of a run by `block.parameter` of the flat graph, at each epoch, but for what calibrations left.
 
-        With `apart` each of them is what it would be if nothing that it follows from were spread or drifted.
+        With `apart` each of them is what it would be if nothing that it follows from were spread or
+        drifted.
         """
         sensor, swept = run // self.points, self.point(run)
         at = [dict(swept) for _ in self.epochs]

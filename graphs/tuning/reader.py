@@ -21,7 +21,8 @@ TUNE = "tune"
 def read_tuning(path: str | Path, own: Own | None = None) -> Tuning:
     """The tuning of a graph file; raises `ModelError` with every problem that can be seen.
 
-    `path` is a file with a table `[tune]`, or "library:NAME". `own` are the caller's own blocks by name.
+    `path` is a file with a table `[tune]`, or "library:NAME". `own` are the caller's own blocks by
+    name.
 
     >>> from proofmass import read_tuning
     >>> tuning = read_tuning("library:closed_loop_accelerometer")

@@ -11,7 +11,8 @@ Flat = Any  # a sequence of floats: a list, or an array in the compiled loop
 def factorise(matrix: Flat, n: int, order: Flat) -> bool:
     """Gaussian elimination in place; false where the matrix is singular.
 
-    The pivot is the largest entry relative to its row, since rows differ by their units; `order` keeps the exchanges.
+    The pivot is the largest entry relative to its row, since rows differ by their units; `order`
+    keeps the exchanges.
     """
     for k in range(n):
         best, chosen = 0.0, k

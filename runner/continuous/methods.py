@@ -67,7 +67,8 @@ def explicit_step(method: Explicit, rates: Rates, time: Any, length: Any, x: Seq
 def _moved(x: Sequence[Any], length: Any, factors: Sequence[float], slopes: Sequence[Sequence[Any]]) -> list[Any]:
     """States after a step of that length along a sum of slopes.
 
-    One factor that is a power of two is taken into the length: a product less for each state, and the same bits.
+    One factor that is a power of two is taken into the length: a product less for each state, and
+    the same bits.
     """
     last = factors[-1]
     if not any(factors[:-1]) and math.frexp(last)[0] == 0.5:

@@ -4,7 +4,8 @@ Differential Equations II, 1996, section IV.8).
     z_i = h sum_j a_ij f(t + c_j h, x + z_j),  i = 1, 2, 3;   x(t + h) = x + z_3
 
 solved by Newton's method with the derivatives of f by differences: they decide how fast it converges, not where to.
-The error estimate is that of section IV.8, eq. 8.19: (g/h - J)^-1 (f(t, x) + (e_1 z_1 + e_2 z_2 + e_3 z_3) / h).
+The error estimate is that of section IV.8, eq. 8.19: (g/h - J)^-1 (f(t, x) + (e_1 z_1 + e_2 z_2 +
+e_3 z_3) / h).
 
 Plain Python runs these functions on lists, the compiled loop on arrays, both to the same bits.
 """
@@ -50,7 +51,8 @@ def radau_step(
 ) -> None:
     """States after a step of h seconds and their error: infinite where Newton's method does not converge.
 
-    `rates(context, time, x, out)` writes the derivatives; `largest` is what each state ever was; `work` is scratch.
+    `rates(context, time, x, out)` writes the derivatives; `largest` is what each state ever was;
+    `work` is scratch.
     """
     slope, there, jacobian, filtered, matrix, z, change, order = work
     step, n = _Step(rates, context, time, h, x, moved, largest), len(x)

@@ -1,13 +1,15 @@
 """Balls: real numbers that are known to lie in an interval. What is computed with them encloses every value in it.
 
-    [a] + [b] holds a + b for all a of [a] and b of [b]; so do products, quotients and elementary functions
+    [a] + [b] holds a + b for all a of [a] and b of [b]; so do products, quotients and elementary
+    functions
 
 Balls are Arb's (Johansson, IEEE Trans. Computers 66, 2017, 1281). A comparison that holds for some
 values and not for others has no answer: it raises `UndecidedError`, and whoever asked takes a
 smaller interval. There is no silent way
 to an ordinary number: `float` of a ball raises TypeError.
 
-Functions of the library are within a unit in the last place of the exact ones; their balls hold both.
+Functions of the library are within a unit in the last place of the exact ones; their balls hold
+both.
 """
 
 import math

@@ -10,7 +10,8 @@ without commutators, exp(far A1 + near A2) exp(near A1 + far A2) with A of two i
 (Blanes and Moan, Applied Numerical Mathematics 56, 2006, 1519). Inputs are held, first-order holds
 too; nothing of an event happens.
 
-What moves A itself, a driven parameter or a factor that is held, acts on x as it is within the tick:
+What moves A itself, a driven parameter or a factor that is held, acts on x as it is within the
+tick:
 
     z' = A z + dA (x - x0),   z(0) = 0:   x(T) changes by z(T) beside what the slopes of f do
 

@@ -35,7 +35,8 @@ def passed_on(
 ) -> Mapping[str, ArgumentNames] | None:
     """Return from what each field of the result follows, and each list among the arguments; None if that is not known.
 
-    Without fields it is the whole of the result, `RESULT`. A record that is an argument has the same fields.
+    Without fields it is the whole of the result, `RESULT`. A record that is an argument has the
+    same fields.
     """
     try:
         tree = tree_of(function)  # type: ignore[arg-type]

@@ -254,7 +254,8 @@ def at_corners(terms: Terms, places: Sequence[int]) -> Iterator[Any]:
 def polynomial_exponential(rows: Sequence[Sequence[Any]], period: float) -> list[list[Any]]:
     """Return exp([[A, B], [0, 0]] period) of the rows [A B], which hold polynomials, by rows.
 
-    Its series is summed for a part of the period, then squared. Raises `UndecidedError` for what is too large.
+    Its series is summed for a part of the period, then squared. Raises `UndecidedError` for what is
+    too large.
     """
     size = len(rows[0])
     square = [[*row] for row in rows] + [[0.0] * size for _ in range(size - len(rows))]

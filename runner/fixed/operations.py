@@ -1,6 +1,7 @@
 """The integer operations of a traced step: each one's value, interval and texts in one table.
 
-A proof reads none of it: what operations mean to a solver stands apart, so that a fault here is found there.
+A proof reads none of it: what operations mean to a solver stands apart, so that a fault here is
+found there.
 """
 
 import operator

@@ -1,6 +1,7 @@
 """Processes that are forked from this one and call one function of it: only its arguments and answers travel.
 
-What the function reads need not be written or planned anew. A process ends with this one, whatever ends that.
+What the function reads need not be written or planned anew. A process ends with this one, whatever
+ends that.
 """
 
 import multiprocessing

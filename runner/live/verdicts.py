@@ -1,6 +1,7 @@
 """Verdicts of a graph for the strip of a live page: its loops, their limits, its requirements.
 
-Those of measures are decided on the page, which has the measures of its run; the others ask an analysis.
+Those of measures are decided on the page, which has the measures of its run; the others ask an
+analysis.
 """
 
 import math

@@ -88,7 +88,8 @@ def save_netcdf(result: Result, path: str | Path) -> Path:
 def save_csv(result: Result, folder: str | Path) -> list[Path]:
     """`traces.csv`, and `traces_2.csv` ... for probes of other rates: names and units in the head, then numbers.
 
-    The numbers read back exactly; a vector has a column per entry. Raises `ModelError` for more than 2e8 numbers.
+    The numbers read back exactly; a vector has a column per entry. Raises `ModelError` for more
+    than 2e8 numbers.
     """
     axes = list(result.axes().values())
     size = max((len(traces[0].values) * (1 + sum(t.entries for t in traces)) for traces in axes), default=0)
@@ -114,7 +115,8 @@ def save_csv(result: Result, folder: str | Path) -> list[Path]:
 def save_parquet(result: Result, folder: str | Path) -> list[Path]:
     """`traces.parquet`, and `traces_2.parquet` ... for probes of other rates; a vector has a column per entry.
 
-    Each field says its unit and doc as `unit` and `doc` in its metadata; graph, seed and versions are in the schema's.
+    Each field says its unit and doc as `unit` and `doc` in its metadata; graph, seed and versions
+    are in the schema's.
     """
     axes = list(result.axes().values())
     paths = _paths(folder, "parquet", len(axes))

@@ -34,7 +34,8 @@ _WIDTH, _PANEL, _LEFT, _RIGHT, _TOP = 9.0, 1.7, 1.25, 0.2, 0.55  # inches
 def plot_traces(result: Result) -> "Figure":
     """A figure with one panel per probe: signals against time, the last row of a vector against its entries.
 
-    A long trace is drawn by the lowest and the highest row of each of its stretches, so that no spike is lost.
+    A long trace is drawn by the lowest and the highest row of each of its stretches, so that no
+    spike is lost.
     """
     traces = sorted(result.traces.values(), key=lambda trace: trace.values.ndim > 1)[:MOST_PANELS]
     return _figure(traces, _title(result, len(traces)), partial(_held, result))

@@ -47,7 +47,8 @@ def save_report(
 ) -> Path:
     """Write the report: diagram, summary, plots, blocks with their parameters, and how to repeat the run.
 
-    `extra` is a sequence of (heading, HTML fragment), put after the summary unchanged; `live` stands above all.
+    `extra` is a sequence of (heading, HTML fragment), put after the summary unchanged; `live`
+    stands above all.
     """
     graph = result.graph
     sections = [
@@ -142,7 +143,8 @@ def _link(flat: FlatGraph, wire: Wire) -> Link:
 def _parameters(name: str, block: Block, drivers: dict[str, str]) -> Iterator[str]:
     """Yield a row for each parameter that matters, and one with the rest, folded.
 
-    What is driven or set matters, but for units, which the values have; of a block with nothing set, its first numbers.
+    What is driven or set matters, but for units, which the values have; of a block with nothing
+    set, its first numbers.
     """
     rows, mattering, numbers = dict[str, str](), list[str](), list[str]()
     for parameter in type(block).parameters.values():

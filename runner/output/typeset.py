@@ -20,7 +20,8 @@ _SIGNS = ((" -+ ", " ∓ "), (" +- ", " ± "), ("+-", "±"), (" >= ", " ≥ "), 
 def typeset(text: str) -> str:
     """Return the equation of a block, prose and formulas, as HTML: paragraphs, and indented lines set apart.
 
-    Names in backquotes are code. All else is escaped: the HTML has nothing but paragraphs, breaks, code and indices.
+    Names in backquotes are code. All else is escaped: the HTML has nothing but paragraphs, breaks,
+    code and indices.
     """
     blocks = re.split(r"\n\s*\n", unwrapped(text).strip("\n"))
     return "\n".join(_set(block) for block in blocks if block.strip())

@@ -145,7 +145,8 @@ class WiredPlan:
     def stream(self, name: str) -> int:
         """Number of the block's random stream: the hash of the shortest end of its path that no other block shares.
 
-        So the noise of a block does not change when the block moves into a subgraph, and two blocks never share noise.
+        So the noise of a block does not change when the block moves into a subgraph, and two blocks
+        never share noise.
         """
         ends = list(_ends(name))
         return zlib.crc32(next((end for end in ends if self._ends[end] == 1), ends[-1]).encode())

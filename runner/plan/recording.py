@@ -103,7 +103,8 @@ def _played(path: Path, column: str, unit: str) -> dict[str, tuple[float, ...]]:
 def read_columns(path: Path, choice: Choice) -> ColumnPair:
     """Two columns of a CSV, Parquet or netCDF file; raises `RecordingError`.
 
-    In a netCDF file of several time axes the first name, "time", stands for the axis of the other column.
+    In a netCDF file of several time axes the first name, "time", stands for the axis of the other
+    column.
     """
     readers: dict[str, Callable[[Path, Choice], ColumnPair]] = {
         ".csv": _read_csv, ".parquet": _read_parquet, ".nc": _read_netcdf,

@@ -69,7 +69,8 @@ def plan(graph: GraphSource, *, wide: bool = False, recordings: Recordings = NO_
 def varied(planned: Plan, blocks: Mapping[str, Block]) -> Plan:
     """Return the plan with other numbers in some blocks; order, wiring and methods stay.
 
-    `Plan.same_sizes` says whether one loop runs both. Raises `ModelError` where constants cannot be computed.
+    `Plan.same_sizes` says whether one loop runs both. Raises `ModelError` where constants cannot be
+    computed.
     """
     changed = dataclasses.replace(planned, blocks={**planned.blocks, **blocks})
     made, problems = _made(changed, blocks)

@@ -8,7 +8,8 @@
     builder.give(builder.get(total))
     function = builder.function()
 
-A Python number stands for a constant. Formulas written for numbers run on `WrittenNumber` and are written down.
+A Python number stands for a constant. Formulas written for numbers run on `WrittenNumber` and are
+written down.
 """
 
 import math

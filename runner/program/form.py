@@ -62,7 +62,8 @@ class Variable:
 class Storage:
     """Memory of the caller, or a part of another array; entries are numbered from 0.
 
-    Arrays among the parameters of the entry never overlap. Those of another function may, if its callers pass them so.
+    Arrays among the parameters of the entry never overlap. Those of another function may, if its
+    callers pass them so.
     """
 
     entry: Kind

@@ -109,7 +109,8 @@ class PlainAdvance(Advance):
     def lost(self, moment: Moment) -> str:
         """Return the output within the group that was the first to have no value in a tick that failed, or "".
 
-        Steps may get too short just before that instant: then it is the first that has none a tick further on.
+        Steps may get too short just before that instant: then it is the first that has none a tick
+        further on.
         """
         self.stages.watching, self.stages.lost = True, ""
         with suppress(ArithmeticError, ValueError):

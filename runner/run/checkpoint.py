@@ -74,7 +74,8 @@ def save_checkpoint(result: Result, planned: Plan, folder: Path) -> None:
 def load_checkpoint(folder: Path, planned: Plan, seed: int, ticks: int) -> Checkpoint:
     """The checkpoint in a folder.
 
-    Raises `ModelError` when it belongs to another graph, seed or length, or when it or a trace differs from its sum.
+    Raises `ModelError` when it belongs to another graph, seed or length, or when it or a trace
+    differs from its sum.
     """
     try:
         data = json.loads((folder / FILE).read_text(encoding="utf-8"))

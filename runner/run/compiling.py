@@ -31,7 +31,8 @@ class _LeavingError(Exception):
 class Compiling:
     """The machine code of a plan, as far as it is.
 
-    `looked` is set once it is known whether it is in the cache; `ended` once the machine code is there, or cannot be.
+    `looked` is set once it is known whether it is in the cache; `ended` once the machine code is
+    there, or cannot be.
     """
 
     def __init__(self, plan: Plan) -> None:

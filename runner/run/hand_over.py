@@ -31,7 +31,8 @@ def begin(planned: Plan, wanted: EngineName, seed: int, run: int, memory: Memory
 class HandOver:
     """A run up to the tick `ticks`, of which plain Python does the first.
 
-    `expected` are the seconds that compiling takes, about: a run that plain Python ends sooner is not compiled.
+    `expected` are the seconds that compiling takes, about: a run that plain Python ends sooner is
+    not compiled.
     """
 
     def __init__(

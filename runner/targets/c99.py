@@ -1,6 +1,7 @@
 """A program as readable C99, with no library but libm; the lines of Python stand beside what comes from them.
 
-Compiled without contraction (`-ffp-contract=off`, as `-std=c99` has it anyway) it computes the bits of the reference.
+Compiled without contraction (`-ffp-contract=off`, as `-std=c99` has it anyway) it computes the bits
+of the reference.
 """
 
 import math

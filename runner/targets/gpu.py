@@ -1,6 +1,7 @@
 """A program as PTX for GPUs of NVIDIA: a kernel that goes through the program with a thread for each run.
 
-Every operation is rounded by itself: no instruction is fused, so the bits are those of machine code. There is no libm.
+Every operation is rounded by itself: no instruction is fused, so the bits are those of machine
+code. There is no libm.
 """
 
 from collections.abc import Iterator
@@ -39,7 +40,8 @@ def ptx_text(program: Program, of_entry: LanesOf, processor: str = _OLDEST) -> s
     """The kernel of a program, `KERNEL`: the number of runs, then for each parameter of the entry
 
     - a number that is the same in all runs: the number; one that differs: the address of one for each run
-    - an array that all runs share: its address; another one: its address, and the entries from one run to the next
+    - an array that all runs share: its address; another one: its address, and the entries from one
+    run to the next
     """
     refused = list(_without_libm(program))
     if refused:

@@ -329,7 +329,8 @@ class FunctionText:
     def _long_region(self, region: form.Region, integer: str) -> None:
         """A region in blocks of instructions that LLVM cannot join: it is slow on very long ones.
 
-        From one to the next there are two ways, and on that for one value of an integer an empty instruction.
+        From one to the next there are two ways, and on that for one value of an integer an empty
+        instruction.
         """
         for place in range(0, len(region), _LONGEST):
             self.region(region[place : place + _LONGEST])

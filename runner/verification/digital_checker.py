@@ -9,9 +9,11 @@ graph is taken for granted. In whole numbers of 2^-300 it verifies:
 
 1. that each y, which is a whole number, keeps its range as long as the map holds: then all of them do in every period,
    by induction, and nothing overflows;
-2. of a rounding error, that errors by themselves, all that is not exact, move an output by at most the limit.
+2. of a rounding error, that errors by themselves, all that is not exact, move an output by at most
+the limit.
 
-What moves r is B w, and by itself r' - r of the start. With |w| the size of both, y moves by a sum of C A^m w:
+What moves r is B w, and by itself r' - r of the start. With |w| the size of both, y moves by a sum
+of C A^m w:
 
 - Each power comes from the one before, rounded down to 2^-300. What is dropped travels as A does. So N powers together
   are off by at most 2 N 2^-300 times the sums of the columns of G, the sum of all |A^m|.

@@ -133,7 +133,8 @@ class Measurements:
     def proved(self, requirement: Requirement, limits: tuple[float, float]) -> tuple[float, str]:
         """Return a limit if all sensors within the tolerances are proved to keep both.
 
-        Else return the value of one that does not, or NaN if none is known, and what is to be said of it.
+        Else return the value of one that does not, or NaN if none is known, and what is to be said
+        of it.
         """
         proofs = self._proofs(requirement, limits)
         proof = next((one for one in proofs if one.status != "proved"), proofs[0])

@@ -1,6 +1,7 @@
 """Coefficients of noise in the units of data sheets: deg/sqrt(h) of a gyroscope, ug0 of an accelerometer.
 
-An angular rate is told by its unit, rad/s or deg/s: by dimension alone it might as well be a frequency.
+An angular rate is told by its unit, rad/s or deg/s: by dimension alone it might as well be a
+frequency.
 """
 
 from proofmass.blocks.declaration.units import convert, same_dimension, short_unit

@@ -1,10 +1,12 @@
 """Equivalent degrees of freedom of variances of differences (Greenhall and Riley, Proc. 35th PTTI, 2003, 267).
 
-The estimate is a mean of squares of Gaussian numbers z[i]; with r the correlation of two of them, for M places,
+The estimate is a mean of squares of Gaussian numbers z[i]; with r the correlation of two of them,
+for M places,
 
     1 / edf = (1 + 2 sum over j of (1 - j / M) r[j]^2) / M
 
-r follows from the generalised autocovariance of the integral of the signal, a power of time or its logarithm.
+r follows from the generalised autocovariance of the integral of the signal, a power of time or its
+logarithm.
 """
 
 from enum import StrEnum
@@ -52,7 +54,8 @@ def _covariance(lag: Array, part: float, alpha: int, order: int) -> Array:
 def _mean(lag: Array, part: float, alpha: int) -> Array:
     """Autocovariance of the integral of noise with a density as f^alpha, averaged over a part of an averaging time.
 
-    White noise of the integral itself, alpha = 2, has none without: there it is averaged over one value.
+    White noise of the integral itself, alpha = 2, has none without: there it is averaged over one
+    value.
     """
     if part == 0.0:
         return _power(lag, alpha + 2)

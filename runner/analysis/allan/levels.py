@@ -136,7 +136,8 @@ class _Fit:
     def best(self, fixed: int = -1, square: float = 0.0) -> tuple[Array, float]:
         """Squares of the coefficients that make the density most likely, one of them fixed, and minus its logarithm.
 
-        The score of the likelihood is zero where least squares weighted by its own prediction come to rest.
+        The score of the likelihood is zero where least squares weighted by its own prediction come
+        to rest.
         """
         free = [i for i in range(self.terms.shape[1]) if i != fixed]
         fixed_part = square * self.terms[:, fixed] if fixed >= 0 else np.zeros(len(self.density))

@@ -6,7 +6,8 @@ on the axis as it is:
 
     1 / A(D(z)),   D(z) = (z^-1 - w) / (1 - w z^-1)
 
-(Strube, J. Acoust. Soc. Am. 68, 1980, 1071). A pole p of the first is one at (w + p) / (1 + w p), with a zero at w.
+(Strube, J. Acoust. Soc. Am. 68, 1980, 1071). A pole p of the first is one at (w + p) / (1 + w p),
+with a zero at w.
 """
 
 import cmath
@@ -118,7 +119,8 @@ def _all_pass(pole: complex) -> tuple[Array, Array, Array, float]:
 def is_white(values: Array) -> bool:
     """Return whether a series passes for white noise: the mean of its periodogram in each third of an octave.
 
-    Of m lines that is the mean of m exponential variables. All bands together fail once in a thousand.
+    Of m lines that is the mean of m exponential variables. All bands together fail once in a
+    thousand.
     """
     values = values[:_TESTED]
     lines = np.abs(np.fft.rfft(values - values.mean())[1 : (len(values) + 1) // 2]) ** 2

@@ -1,6 +1,7 @@
 """Inputs of quantisers of one bit, and the levels they choose, in two runs with different noise.
 
-Where a level is an output of its block the runs are in machine code, and long. Others are watched in plain Python.
+Where a level is an output of its block the runs are in machine code, and long. Others are watched
+in plain Python.
 """
 
 from collections.abc import Callable, Mapping

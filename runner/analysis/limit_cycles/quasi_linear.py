@@ -19,7 +19,8 @@ from proofmass.runner.plan.groups import analogue
 def with_gains(graph: Graph, gains: Mapping[str, float | str], amplitudes: Mapping[str, float | str]) -> Graph:
     """Return the graph with blocks replaced by stated gains, or by describing functions at amplitudes of their input.
 
-    Raises `ModelError` if a block has no number to multiply, or its describing function shifts the phase.
+    Raises `ModelError` if a block has no number to multiply, or its describing function shifts the
+    phase.
     """
     flat = flatten(graph)
     factors: dict[str, float] = {}
@@ -40,7 +41,8 @@ def with_gains(graph: Graph, gains: Mapping[str, float | str], amplitudes: Mappi
 def replaced(flat: FlatGraph, gains: Mapping[str, float]) -> Graph:
     """Return the graph without subgraphs, with blocks replaced by gains of the same units.
 
-    What works at ticks goes on so, at its rate: a gain of its own would follow continuous signals at every instant.
+    What works at ticks goes on so, at its rate: a gain of its own would follow continuous signals
+    at every instant.
     """
     blocks, wires = dict(flat.blocks), []
     for name, gain in gains.items():

@@ -98,7 +98,8 @@ def to_control(period_map: PeriodMap, negated: bool = False, minimal: bool = Fal
 def loops_of(planned: Plan) -> dict[str, Loop]:
     """Return the loops of a graph: those that it names, else all in its wires; raises `ModelError` if there is none.
 
-    Where loops share wires, the fewest outputs that open them all stand for them, each with the others closed.
+    Where loops share wires, the fewest outputs that open them all stand for them, each with the
+    others closed.
     """
     if planned.graph.loops:
         return dict(planned.graph.loops)

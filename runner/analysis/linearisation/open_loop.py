@@ -249,7 +249,8 @@ def _factored(matrix: Array) -> tuple[Array, Array] | None:
 class TransferMatrix:
     """c (z - a)^-1 b + d for many z, by the Schur form of a: only triangular systems are left to solve.
 
-    States are scaled by powers of two first (`balanced`), since the Schur form is exact to the norm of a only.
+    States are scaled by powers of two first (`balanced`), since the Schur form is exact to the norm
+    of a only.
     """
 
     def __init__(self, a: npt.NDArray[Any], b: npt.NDArray[Any], c: npt.NDArray[Any], d: npt.NDArray[Any]) -> None:

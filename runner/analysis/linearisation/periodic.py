@@ -7,7 +7,8 @@ derivative. In F, as in A, quantisers pass their input on. Continuous groups tha
 moved by the run's own integration.
 
 The period is the least of 1 to 2,000 common periods of all blocks after which a run comes close to where it was.
-A point counts as periodic where all that acts on others is back to 1e-10 of its size, after one period and after two.
+A point counts as periodic where all that acts on others is back to 1e-10 of its size, after one
+period and after two.
 """
 
 import math
@@ -204,7 +205,8 @@ def _looks(common: int, last: int) -> Iterator[int]:
 def _newton_step(whole: PeriodMap, scale: Array) -> tuple[Array, float, Array]:
     """Return the change of the states that closes the orbit, its misfit, and what of it cannot be closed.
 
-    What every period leaves as it is stays: coefficients in buffers would else be moved to close the orbit.
+    What every period leaves as it is stays: coefficients in buffers would else be moved to close
+    the orbit.
     """
     a, step = whole.parts()[0], whole.matrix[: whole.order, -1]
     if not len(a):

@@ -67,7 +67,8 @@ class Pole:
 class Variation:
     """Change of a closed matrix from one period to the next, and the turn of its modes by that.
 
-    An orbit that turns takes each mode along: the pole of the whole orbit differs from that of one period by the turn.
+    An orbit that turns takes each mode along: the pole of the whole orbit differs from that of one
+    period by the turn.
     """
 
     change: Array  # of each entry
@@ -91,7 +92,8 @@ def judged(
 ) -> tuple[Verdict, tuple[Pole, ...]]:
     """Return verdict and poles of a closed transition matrix over some ticks, hidden modes included.
 
-    They are those of its parts, of states that all act on each other: what one part does to another moves no pole.
+    They are those of its parts, of states that all act on each other: what one part does to another
+    moves no pole.
     """
     found = list[Pole]()
     for part in parts_of(closed if variation is None else np.abs(closed) + variation.change):

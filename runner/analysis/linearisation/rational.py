@@ -55,7 +55,8 @@ class Transfer:
 def transfer(a: Array, b: Array, c: Array, d: float) -> Transfer | None:
     """Return the quotient of a single input and output; common factors stay in it.
 
-    None where more states are left than `LARGEST_ORDER` once those are taken out that only pass on what they get.
+    None where more states are left than `LARGEST_ORDER` once those are taken out that only pass on
+    what they get.
     """
     n = len(a)
     a, b, c = _scaled(a, b.reshape(n), c.reshape(n))
@@ -122,7 +123,8 @@ def positive_roots(polynomial: Polynomial) -> list[Any]:
 def roots(polynomial: Polynomial, sampled: bool = False) -> list[Any]:
     """Return all roots with their multiplicity, as balls that hold them.
 
-    Those of a `sampled` loop of many states are sharp enough to lie on one side of the unit circle, if they do.
+    Those of a `sampled` loop of many states are sharp enough to lie on one side of the unit circle,
+    if they do.
     """
     if polynomial.degree() < 1:
         return []

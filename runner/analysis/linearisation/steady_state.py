@@ -115,7 +115,8 @@ def slopes_near_start(plan: Plan, blocks: set[str], tick: int, rings: Rings) -> 
 def slopes_at_rest(everything: PeriodMap) -> PointSlopes | None:
     """Return the derivatives of a point that comes back, from the map of all that moves; None of one that does not.
 
-    What every period leaves as it is, such as the entries of a table, has those of the start, and is left out.
+    What every period leaves as it is, such as the entries of a table, has those of the start, and
+    is left out.
     """
     n = everything.order
     a, step = everything.parts()[0], everything.matrix[:n, -1]

@@ -119,7 +119,8 @@ class TickMaps:
     def crossed(self, level: float, offset: float, near: float, hidden: Sequence[complex] = ()) -> list[float]:
         """Return the angles of exp(j w T) at which a singular value of offset - T is at a level above the offset.
 
-        What is `near` the unit circle counts as on it, but for the `hidden` poles there, which are there at any level.
+        What is `near` the unit circle counts as on it, but for the `hidden` poles there, which are
+        there at any level.
 
         They are the eigenvalues on the unit circle of the symplectic pencil of the period, composed
         of those of its values as waves pass layers one after the other (Anderson, Int. J. Control
@@ -143,7 +144,8 @@ class TickMaps:
     def holds(self) -> tuple[int, int]:
         """Return after how many values the wire has a new one, and how many values it holds each for; 1 if any other.
 
-        A value is that of the tick before if its row says so to the last bit, whatever the states and the input.
+        A value is that of the tick before if its row says so to the last bit, whatever the states
+        and the input.
         """
         last, ticks = slice(None, -1), len(self.d)
         rows = np.einsum("ki,kij->kj", self.c[1:], self.a[last])

@@ -151,7 +151,8 @@ def _turning(values: Array) -> npt.NDArray[np.bool_]:
 def _may_return(counts: Array, told: Array) -> bool:
     """Return whether what turns has its first values again in a later row; of what only counts nothing does.
 
-    What does not turn in the longest repetition turns in no later one. Sources are told for twice as long.
+    What does not turn in the longest repetition turns in no later one. Sources are told for twice
+    as long.
     """
     counts = counts[:, _turning(counts)]
     if not counts.shape[1]:

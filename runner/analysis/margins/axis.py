@@ -54,7 +54,8 @@ class CertifiedAxis:
     def gain_crossings(self) -> list[Crossing]:
         """Return where |L| = 1, between rest and half the rate.
 
-        A first crossover does not count if |L| is 1 to rounding all the way up to it, as in filters at low frequency.
+        A first crossover does not count if |L| is 1 to rounding all the way up to it, as in filters
+        at low frequency.
         """
         found = positive_roots(square(self._axis.numerator) - square(self._axis.denominator))
         at_rest = self.rest()
@@ -97,7 +98,8 @@ class CertifiedAxis:
     def largest_ratio(self, above: Polynomial, below: Polynomial) -> tuple[float, float]:
         """Return place and value of the largest |above / below| on the axis, the ends included; infinite at a pole.
 
-        The axis of a continuous loop ends at infinite frequency, where S of a loop that falls off is 1.
+        The axis of a continuous loop ends at infinite frequency, where S of a loop that falls off
+        is 1.
         """
         precise()
         top, bottom, _ = coprime(square(above), square(below))

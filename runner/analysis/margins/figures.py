@@ -14,7 +14,8 @@ FactorInterval = tuple[float, float]
 class Figures:
     """The figures; None for a margin without limit, and for any margin of a loop that is not stable.
 
-    What a continuous loop reaches in the limit only is at an infinite frequency, which is null in JSON.
+    What a continuous loop reaches in the limit only is at an infinite frequency, which is null in
+    JSON.
     """
 
     gain_margin: float | None = None  # factor above 1

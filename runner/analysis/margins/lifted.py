@@ -81,7 +81,8 @@ def closed_samples(system: OpenLoop, w: Array) -> Samples:
 def largest(system: OpenLoop, offset: float, closed: Samples) -> tuple[float, float]:
     """Angular frequency and value of the largest |offset - T|, T = L (I + L)^-1, between rest and half the rate.
 
-    Over a period many frequencies turn by the same angle: that of the strongest line of what goes in is told.
+    Over a period many frequencies turn by the same angle: that of the strongest line of what goes
+    in is told.
     """
     angle, peak, at = _peak(system, offset, closed)
     if at is not None:

@@ -5,7 +5,8 @@ polynomial search for margins loses its digits beyond a few states, so `stabilit
 response over a grid that is dense at the poles, then over one that is dense at the crossovers
 found. A grid shows no crossover at its ends, so the
 response at 0 Hz, half the rate, and our crossovers counts too where it crosses there. A loop with a
-long delay crosses with every turn of it: the grid ends after the first of these, and there are only our crossovers on.
+long delay crosses with every turn of it: the grid ends after the first of these, and there are only
+our crossovers on.
 """
 
 import math

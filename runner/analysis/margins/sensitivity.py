@@ -33,7 +33,8 @@ _NEXT = 1e-6  # distance from the boundary of a pole that a critical factor puts
 class Effect:
     """Effect of a parameter or named value on a quantity: the derivative, and the change where it is 1.01 times itself.
 
-    A parameter that is zero has no percent: where it is a ratio the change is that for 0.01, else there is none.
+    A parameter that is zero has no percent: where it is a ratio the change is that for 0.01, else
+    there is none.
     """
 
     parameter: str

@@ -74,7 +74,8 @@ class Neutral:
     def left_out(self, loops: OpenLoops) -> tuple[OpenLoops, Truths]:
         """Return the loops without it, and which of them have it, once.
 
-        A reflection takes it to the first axis (Householder), of which the others know nothing, or which stays at zero.
+        A reflection takes it to the first axis (Householder), of which the others know nothing, or
+        which stays at zero.
         """
         a, b, c, d = _scaled(loops, self.scale)
         eye = np.eye(len(self.scale))

@@ -1,6 +1,7 @@
 """Noise along a run: budgets where the orbit does not come back, as with a carrier that fits no number of ticks.
 
-The covariance is followed along the run without noise (`over_runs`), and the budget is the mean over its last part:
+The covariance is followed along the run without noise (`over_runs`), and the budget is the mean
+over its last part:
 
     S(f) = 2 / (r sum w^2) E |sum over n of w[n] y[n] exp(-2 pi i f n / r)|^2,   rms^2 = sum w^2 E[y^2] / sum w^2
 

@@ -20,7 +20,8 @@ _RATIO = 4.0  # of the distances from the middle of a resonance at which panels 
 def rule(density: Callable[[Array], Array], ends: Array) -> tuple[Array, Array, Array]:
     """Points and weights by which each column of a density is integrated over some panels, and the integrals.
 
-    Each panel is halved until its part of the integral no longer changes. Raises `ModelError` if that does not end.
+    Each panel is halved until its part of the integral no longer changes. Raises `ModelError` if
+    that does not end.
     """
     node, weight = np.polynomial.legendre.leggauss(_NODES)
 

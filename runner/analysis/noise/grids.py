@@ -159,7 +159,8 @@ def _standing(own: PeriodMap, still: set[Entry]) -> PeriodMap:
 class _Words:
     """Values that a map rounds, and the words that it makes of them, in some periods from the last one back.
 
-    Rows are in independent numbers of unit variance; the last entry is the value at the operating point.
+    Rows are in independent numbers of unit variance; the last entry is the value at the operating
+    point.
     """
 
     def __init__(self, own: PeriodMap, but: set[Entry]) -> None:
@@ -240,7 +241,8 @@ class _Words:
     def nearest(self, values: Array) -> Array:
         """Return the least squares of what is left of values less sums of words, a row for each value.
 
-        The last word alone has its own error, so its factor is known first; both whole numbers beside it are tried.
+        The last word alone has its own error, so its factor is known first; both whole numbers
+        beside it are tried.
         """
         left, squares = values[:, None], np.zeros((len(values), 1))
         for word, column in zip(self.words, self.columns, strict=True):

@@ -117,7 +117,8 @@ def densities(
 ) -> list[tuple[ValueDeviation, Array, Array]]:
     """Return the deviations, frequencies and mean one-sided densities of the last values before a tick.
 
-    There are as many of them as weights in the window. A line is the mean over runs of |sum of w y exp(-2 pi i f t)|^2.
+    There are as many of them as weights in the window. A line is the mean over runs of |sum of w y
+    exp(-2 pi i f t)|^2.
     """
     nodes = [node_of(planned, output) for output in outputs]
     strides = {node: planned.stride(node) for node in nodes}

@@ -171,7 +171,8 @@ def response(
     sequence. Its peak value is `amplitude`, such as "1 mV" or a number in the input's unit, and it
     lies in a `band` in Hz.
 
-    Raises `ModelError` for a graph that cannot be linearised, and where no way leads from the input to the output.
+    Raises `ModelError` for a graph that cannot be linearised, and where no way leads from the input
+    to the output.
 
     `graph` is linearised; `input` and `output` are "block.port". `progress` is called with the runs
     that are done and all runs.

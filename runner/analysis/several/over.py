@@ -52,7 +52,8 @@ def margins_over(
 
     Raises `ModelError` where a loop cannot be told or linearised.
 
-    `graph` keeps all else. `values` are those of the `parameter`, in `unit`. `loop` and `at` are those of `margins`.
+    `graph` keeps all else. `values` are those of the `parameter`, in `unit`. `loop` and `at` are
+    those of `margins`.
 
     >>> from proofmass import margins_over, read_graph
     >>> graph = read_graph("library:closed_loop_accelerometer")

@@ -108,7 +108,8 @@ def _largest(matrix: Complex, sizes: Sequence[int], scales: Array) -> tuple[floa
 def lower_bound(matrix: Complex, sizes: Sequence[int]) -> tuple[float, Complex]:
     """Return a size a perturbation reaches, and its factors of size one, a factor for each block.
 
-    Power iteration from several starts; the perturbation of a block is one factor for all of its values.
+    Power iteration from several starts; the perturbation of a block is one factor for all of its
+    values.
     """
     count, rng = len(sizes), np.random.default_rng(0)
     best, factors = 0.0, np.ones(count, dtype=complex)

@@ -62,7 +62,8 @@ class Tones:
 def tones(of: Spectrum, *, tone: float = 0.0, band: tuple[float, float] | None = None) -> Tones:
     """The figures of the tone near a frequency, or of the largest; what counts as noise lies in the band.
 
-    Raises `ModelError` where a segment is too short to tell a tone from zero, and where there is none.
+    Raises `ModelError` where a segment is too short to tell a tone from zero, and where there is
+    none.
 
     `of` is a spectrum. `tone` and both ends of the `band` are in Hz.
 

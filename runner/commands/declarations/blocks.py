@@ -66,7 +66,8 @@ class BlocksRequest(Answered, does="blocks_command.show_blocks"):
 class GalleryRequest(Request, does="gallery_command.show_gallery"):
     """List the graphs of the library, or describe one.
 
-    Each is a sensor, or a part of one, to run as it is or to start from with `proofmass new --from`.
+    Each is a sensor, or a part of one, to run as it is or to start from with `proofmass new
+    --from`.
 
     \b
     proofmass gallery

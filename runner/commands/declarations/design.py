@@ -234,7 +234,8 @@ class SigmaDeltaRequest(Request, does="sigma_delta_command.show_modulator"):
     \b
     proofmass sigma-delta --order 3 --oversampling 64 --out loop.toml
     proofmass sigma-delta --order 4 --oversampling 64 --centre 0.25 --plot loop.svg
-    proofmass sigma-delta --order 3 --oversampling 64 --form CIFF --pulse 0 1 --rate "3.072 MHz" --out analog.toml
+    proofmass sigma-delta --order 3 --oversampling 64 --form CIFF --pulse 0 1 --rate "3.072 MHz"
+    --out analog.toml
     """
 
     order: int = option("Order of the loop.", type=Whole(1, 8), default=3)

@@ -120,7 +120,8 @@ class CheckRequest(Changed, does="check_command.check_graph"):
 class MarginsRequest(Changed, does="margins_command.show_margins"):
     """Show how stable the loops of a graph are.
 
-    The answer has margins, closed-loop poles and, if asked for, sensitivities to parameters and limit cycles.
+    The answer has margins, closed-loop poles and, if asked for, sensitivities to parameters and
+    limit cycles.
 
     \b
     proofmass margins library:closed_loop_accelerometer --plot loop.png

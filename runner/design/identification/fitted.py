@@ -182,7 +182,8 @@ def fit(
     within the bounds. What lies before `skip` is run but not compared. Recorded inputs are held
     until the next row, or `interpolated`. The graph runs without its noise.
 
-    Ctrl-C ends the fit; the best values so far are the result. Raises `ModelError` with everything that is wrong.
+    Ctrl-C ends the fit; the best values so far are the result. Raises `ModelError` with everything
+    that is wrong.
 
     `graph` has values to start from. `gaps` are refused, or recordings are split there. `seed` is
     that of further starts, and `progress` is called with the runs that are done and the most there

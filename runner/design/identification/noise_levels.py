@@ -52,7 +52,8 @@ def noise_levels(
 ) -> Iterator[NoiseLevel]:
     """Yield the level of each source, from the output of which it makes the largest part.
 
-    `left` has the sum of the squares of the residuals of each output, and how many degrees of freedom they have.
+    `left` has the sum of the squares of the residuals of each output, and how many degrees of
+    freedom they have.
     """
     if not parameters:
         return

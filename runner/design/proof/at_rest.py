@@ -1,6 +1,7 @@
 """A path at rest, over a box of coordinates: that its scale factor is nowhere a value g.
 
-With the map [A B; C D] of a period, from a constant input to the mean of the output, the scale factor is
+With the map [A B; C D] of a period, from a constant input to the mean of the output, the scale
+factor is
 
     G = D + C (I - A)^-1 B,   det [I - A, -B; -C, g - D] = det(I - A) (g - G)
 
@@ -67,7 +68,8 @@ def none_settles(of: OpenCorners) -> bool:
 def _near_inverse(of: OpenCorners, limit: float) -> Array:
     """Return R = [I h; 0 1] [H 0; 0 1 / s] [I 0; q 1]: with H = (I - A)^-1, h = H B, q = C H it is the inverse of M.
 
-    In place of g - G in the middle of the box s is the mean of its ends, that each lies between zero and two s.
+    In place of g - G in the middle of the box s is the mean of its ends, that each lies between
+    zero and two s.
     """
     n = of.order
     a, b, c, _ = quarters(of.corners.middle.mean(axis=0), n)

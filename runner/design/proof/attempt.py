@@ -1,6 +1,7 @@
 """Searches about one loop or path: what comes of a claim, and the best limit that can be proved.
 
-What an earlier search proved is known from its certificate: boxes with their norms, each of which is proved anew.
+What an earlier search proved is known from its certificate: boxes with their norms, each of which
+is proved anew.
 """
 
 import json

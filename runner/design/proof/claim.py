@@ -10,7 +10,8 @@
 - scale factor g: with the map at rest beside that of the poles, the disc is the same (`at_rest`).
 - delay margin: a delay of at most M samples turns what has the frequency -w by p = w m, m <= M. So for no turn p from 0
   to 2 pi may a pole lie at exp(-j w) with w from p / M to pi. All poles may lie in any disc that leaves out this arc.
-- in continuous time the circle is the imaginary axis: discs are half planes, and the arc goes from -j p / M on.
+- in continuous time the circle is the imaginary axis: discs are half planes, and the arc goes from
+-j p / M on.
 """
 
 import math

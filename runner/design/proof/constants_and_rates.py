@@ -1,6 +1,7 @@
 """Sources that a proof at rest takes as constant, and rates at which parameters may change, as they are written.
 
-Each such source is a `Constant` of the same name. A rate is "1 %/s" of what the graph says, or a width per time.
+Each such source is a `Constant` of the same name. A rate is "1 %/s" of what the graph says, or a
+width per time.
 """
 
 import math
@@ -73,7 +74,8 @@ def _no_source(signal: str, name: str) -> Problem:
 def change_rates(slow_change: str | Mapping[str, Any] | None, ranges: Sequence[Range]) -> tuple[float, ...]:
     """Return how fast the parameters of ranges change, in their units per second: none if nothing is given.
 
-    One text is the rate of all; of a mapping the rate of "" is that of all that have no other, else they stay.
+    One text is the rate of all; of a mapping the rate of "" is that of all that have no other, else
+    they stay.
 
     Raises `ModelError` with every problem.
     """

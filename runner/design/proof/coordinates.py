@@ -2,7 +2,8 @@
 
 The stiffness over a mass bends less along 1/m than along m: the straighter of both is taken.
 
-Of a whole box some part is proved in a box of its own, which is larger where parameters change slowly.
+Of a whole box some part is proved in a box of its own, which is larger where parameters change
+slowly.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

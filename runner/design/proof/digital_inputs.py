@@ -47,7 +47,8 @@ def digital_inputs(plan: Plan, blocks: AbstractSet[str], stated: Mapping[str, An
 
     These are converters, and other digital blocks, which may give anything.
 
-    Raises `ModelError` for a range of what does not enter the digital part of the graph, and for a wrong one.
+    Raises `ModelError` for a range of what does not enter the digital part of the graph, and for a
+    wrong one.
     """
     ranges = {node_of(plan, signal): (signal, _ends(plan, signal, limits)) for signal, limits in stated.items()}
     known = {node for node, _ in _entering(plan, plan.digital.keys())}

@@ -136,7 +136,8 @@ class DigitalProofs:
     def no_overflow(self) -> DigitalProof:
         """Return whether no number of a block in fixed point overflows; raises `ModelError` where there is none.
 
-        Blocks of which intervals show alone that they cannot overflow may give anything where forms do not serve.
+        Blocks of which intervals show alone that they cannot overflow may give anything where forms
+        do not serve.
         """
         begin, digital = time.monotonic(), self._plan.digital
         if not digital:

@@ -1,6 +1,7 @@
 """A look at one box: it contracts in a norm, a sensor in it breaks the claim, or its halves are looked at instead.
 
-The poles of a claim lie in a disc, or in one of several: the norm is that of the matrices moved into it.
+The poles of a claim lie in a disc, or in one of several: the norm is that of the matrices moved
+into it.
 
 A box is halved along the coordinate that lies furthest beyond its corners, or, where these do not
 contract, along the one that moves most. Halves begin with the norm of the whole. The answer follows

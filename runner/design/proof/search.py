@@ -3,7 +3,8 @@
 Boxes have an order, in which halves follow their whole, the upper one first. The outcome is that of
 looking at them in this order, however many are looked at ahead of their turn.
 
-Under any change of the parameters one norm has to serve all of their box: their sides are halved for its sake alone.
+Under any change of the parameters one norm has to serve all of their box: their sides are halved
+for its sake alone.
 
 Processes look ahead: they are started once what is left is worth it.
 """

@@ -1,6 +1,7 @@
 """Subjects of claims, in balls, at the start of a run or at rest.
 
-A path is the map from one wire to another over a period, for an input that is the same in all of it.
+A path is the map from one wire to another over a period, for an input that is the same in all of
+it.
 
     x[n+1] = A x[n] + B u,   y = C x[n] + D u
 
@@ -165,7 +166,8 @@ class RestingOutput(Starting):
     def map(self, parameters: Mapping[str, Any], kept: Kept | None = None) -> BallMap:
         """Return the map for parameters that hold polynomials.
 
-        Raises `UndecidedError` where no point of rest is enclosed, or a block decides differently within the box.
+        Raises `UndecidedError` where no point of rest is enclosed, or a block decides differently
+        within the box.
         """
         rest, plan = self._rest.enclosed(parameters), with_balls(self._plan, parameters)
         image, outputs = self._rest.image(plan, rest.curve)

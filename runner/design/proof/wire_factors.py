@@ -24,7 +24,8 @@ class Factor:
     def terms(self, low: float, high: float, chord: bool, last: int) -> Terms:
         """Return the factors as a polynomial of the coordinate `last`, with `chord` of the one after it too.
 
-        An arc of half a width of h is (u, v) = (cos, sin), within a triangle: u up to 1 / cos h, v up to sin h.
+        An arc of half a width of h is (u, v) = (cos, sin), within a triangle: u up to 1 / cos h, v
+        up to sin h.
         """
         middle, half = (flint.arb(low) + high) / 2, (flint.arb(high) - low) / 2
         there = [flint.arb_mat([list(row) for row in rows]) for rows in self.derivatives(middle)]

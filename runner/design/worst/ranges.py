@@ -69,7 +69,8 @@ _DOCS = {"tolerances": 'write { "torquer.gain" = "5 %" }'}
 def read_tolerances(graph: Graph, tolerances: Mapping[str, Any]) -> dict[str, Tolerance]:
     """Return tolerances by names in the flat graph; raises `ModelError` with every problem.
 
-    A tolerance is "5 %" of the value, "0.1 V" in the parameter's unit, or a list of two values, lowest and highest.
+    A tolerance is "5 %" of the value, "0.1 V" in the parameter's unit, or a list of two values,
+    lowest and highest.
     """
     read = StudyTables(checked(graph), docs=_DOCS)
     adjustable, known = Adjustable(read.flat), dict[str, Tolerance]()

@@ -1,6 +1,7 @@
 """The report beside the Verilog: ports, registers, latency and cost, as JSON and as one HTML file.
 
-Callers pass the results of simulators, proofs and synthesis, by the name of what was simulated, proved or counted.
+Callers pass the results of simulators, proofs and synthesis, by the name of what was simulated,
+proved or counted.
 """
 
 import json

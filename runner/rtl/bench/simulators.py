@@ -1,6 +1,7 @@
 """The test bench played by an installed simulator: Icarus Verilog, Verilator, or cocotb with Icarus Verilog.
 
-All print the same, PASS or the first differences and FAIL; a difference comes with the line of Python of the output.
+All print the same, PASS or the first differences and FAIL; a difference comes with the line of
+Python of the output.
 """
 
 import os

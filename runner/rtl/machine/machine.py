@@ -53,7 +53,8 @@ class Instance:
 class Machine:
     """The digital part of a graph. The text of a port is its signal in the graph.
 
-    `order` has the outputs of the blocks, as (path, port), each after those that it needs in the same tick.
+    `order` has the outputs of the blocks, as (path, port), each after those that it needs in the
+    same tick.
     """
 
     name: str

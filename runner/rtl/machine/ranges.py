@@ -3,7 +3,8 @@
 An interval that a step leaves is widened: first to the values that the step reaches, then to the
 next constant of the step or the next power of two. Once no step leaves it, steps from it narrow it
 again. So a counter
-`0 if n == 1022 else n + 1` has the range 0 to 1022, and a register after a mask the range of the mask.
+`0 if n == 1022 else n + 1` has the range 0 to 1022, and a register after a mask the range of the
+mask.
 """
 
 from bisect import bisect_left

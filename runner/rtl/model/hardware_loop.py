@@ -129,7 +129,8 @@ def settled_before(
 ) -> frozenset[Endpoint]:
     """Return the outputs of hardware before which it must settle, from all outputs of a tick in order.
 
-    It need not settle again if it did so after the last input, in all ticks in which the output is due.
+    It need not settle again if it did so after the last input, in all ticks in which the output is
+    due.
 
     >>> order = [("a", "early"), ("adc", "code"), ("b", "now"), ("b", "too")]
     >>> sorted(settled_before(order, lambda node: 1, {("adc", "code")}, {("a", "early"), ("b", "now"), ("b", "too")}))

@@ -116,7 +116,8 @@ class Cuts:
     def _end(self, word: SmtInteger, term: Term, proved: int, value: int) -> int:
         """Return the provable end that is nearest to an observed value, from the guesses or the end known before.
 
-        By bisection: beyond an end that holds all others hold too, and an end that fails yields another value.
+        By bisection: beyond an end that holds all others hold too, and an end that fails yields
+        another value.
         """
         lower = proved < value
         guesses = self._guesses[0 if lower else 1]

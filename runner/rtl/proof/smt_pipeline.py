@@ -49,7 +49,8 @@ class PipelineFindings:
     """Findings: `transparent` has the terms to put in the place of timers and registers of the pipeline, `late`
     the stages of the blocks' registers, by name.
 
-    `checks` counts the registers and outputs that were looked at, `faults` says what is wrong with them.
+    `checks` counts the registers and outputs that were looked at, `faults` says what is wrong with
+    them.
     """
 
     transparent: Mapping[Term, Term]

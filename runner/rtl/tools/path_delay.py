@@ -1,6 +1,7 @@
 """Estimate of the longest path of a netlist of the Virtex-II Pro; the delays do not come from a data sheet.
 
-Cell delays are of the order of speed grade -5; a wire between cells takes the same everywhere, but for carry chains.
+Cell delays are of the order of speed grade -5; a wire between cells takes the same everywhere, but
+for carry chains.
 """
 
 from collections.abc import Iterator, Mapping

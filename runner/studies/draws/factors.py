@@ -1,11 +1,13 @@
 """Factors that may explain a measure at an epoch: the parameters of the runs, and how far they have drifted.
 
-With x(e) a parameter at an epoch and c the last epoch before e that calibrated (the first one where none has since):
+With x(e) a parameter at an epoch and c the last epoch before e that calibrated (the first one where
+none has since):
 
     x(c)           what it was then; named as the parameter
     x(e) - x(c)    its change since then, of a drifting parameter; named "change of" the parameter
 
-A calibrated sensor depends on the changes alone: the calibration has removed the effect of earlier values.
+A calibrated sensor depends on the changes alone: the calibration has removed the effect of earlier
+values.
 
 Of a parameter that follows a formula and has a spread or drift of its own, x is the part that is
 its own: what the parameter would be if nothing that it follows from were spread or drifted. So what

@@ -17,7 +17,8 @@ Bounds = tuple[float, float]
 def part_interval(good: float, runs: int) -> Bounds:
     """Interval of a probability, of which `good` of `runs` are known (Clopper and Pearson, Biometrika 26 (1934) 404).
 
-    At its ends so many good ones, or so few, have a probability of 2.5 %: it holds 95 % at least, whatever the truth.
+    At its ends so many good ones, or so few, have a probability of 2.5 %: it holds 95 % at least,
+    whatever the truth.
     """
     # start-up time: this part of SciPy takes 0.15 s
     from scipy.special import betaincinv
@@ -71,7 +72,8 @@ def deviation_interval(values: AnyArray) -> Bounds:
 def percentile_interval(values: AnyArray, percent: float) -> Bounds:
     """Interval of a percentile of any distribution: two of the values in order; infinite where they are too few.
 
-    The number of values below the percentile is binomial (David and Nagaraja, "Order statistics", 3rd ed. (2003), 7.1).
+    The number of values below the percentile is binomial (David and Nagaraja, "Order statistics",
+    3rd ed. (2003), 7.1).
     """
     # start-up time: this part of SciPy takes 0.15 s
     from scipy.special import bdtr, bdtrik

@@ -208,7 +208,8 @@ class _Fit:
 def _orthogonal(x: AnyArray) -> tuple[AnyArray, AnyArray]:
     """Return orthogonal columns and the triangle R with X = Q R, by Gram and Schmidt, done twice (Giraud 2005).
 
-    LAPACK's threads take longer to start than these few columns take; a column that depends on others becomes zero.
+    LAPACK's threads take longer to start than these few columns take; a column that depends on
+    others becomes zero.
     """
     q, r = np.zeros(x.shape, order="F"), np.zeros((x.shape[1], x.shape[1]))
     for place, column in enumerate(x.T):

@@ -33,7 +33,8 @@ def runs_on_workers(
 ) -> Generator[Outcomes, None, None]:
     """Yield results as they arrive, until all are there, the means are known or the event is set.
 
-    `lost` gets the addresses of workers that go away meanwhile. Raises `RunError`, `ModelError`, `OSError`.
+    `lost` gets the addresses of workers that go away meanwhile. Raises `RunError`, `ModelError`,
+    `OSError`.
     """
     if len(left):
         parcel = packed(sensors)

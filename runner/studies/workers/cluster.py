@@ -23,7 +23,8 @@ _ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?[^/\s]+:\d+")
 def connected(where: str) -> Iterator[Any]:
     """A client of the cluster: `local`, `local:4`, or an address such as `tcp://10.0.0.5:8786`.
 
-    Raises `ModelError` for any other text, `RunError` if no scheduler answers or Dask is not installed.
+    Raises `ModelError` for any other text, `RunError` if no scheduler answers or Dask is not
+    installed.
     """
     count = local_workers(where)
     distributed = _distributed()

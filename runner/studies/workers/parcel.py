@@ -41,7 +41,8 @@ class Parcel:
 def packed(sensors: SensorRuns) -> Parcel:
     """Return the study of these sensors.
 
-    Raises `ModelError` for own blocks that no file declares, and for more text than may be read; `OSError`.
+    Raises `ModelError` for own blocks that no file declares, and for more text than may be read;
+    `OSError`.
     """
     study = sensors.study
     own_files, files = _own_files(study), files_beside(study)
