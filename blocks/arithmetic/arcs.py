@@ -1,4 +1,5 @@
-"""Arctangents, arcsine and arccosine: all are the angle of a point in the first quarter, from a quotient of pairs.
+"""Arctangents, arcsine and arccosine: all are the angle of a point in the first quarter, from a
+quotient of pairs.
 
 The smaller coordinate by the larger is q <= 1; atan q = atan c + atan((q - c) / (1 + c q)) for the
 c of 0, 1/2 and 1 that leaves at most t = 0.236, and atan t = t + t^3 A(t^2), A the minimax
@@ -26,7 +27,8 @@ def arctangent(value: float) -> float:
 
 
 def arctangent2(y: float, x: float) -> float:
-    """The angle of the point (x, y), from -pi to pi, within 0.76 ulp; of zeros and infinities as `math.atan2` has it.
+    """The angle of the point (x, y), from -pi to pi, within 0.76 ulp; of zeros and infinities as
+    `math.atan2` has it.
 
     >>> arctangent2(1.0, -1.0), arctangent2(-0.0, -1.0), arctangent2(0.0, 0.0)
     (2.356194490192345, -3.141592653589793, 0.0)

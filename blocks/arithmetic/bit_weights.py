@@ -14,7 +14,8 @@ _STREAM = 0x57454947  # "WEIG": no block of noise shares these deviates
 
 
 def bit_weights(bits: int, errors: Sequence[float], mismatch: float, device: int) -> list[float]:
-    """Weights in steps, that of the highest bit first; errors are relative, and those that are not given are zero.
+    """Weights in steps, that of the highest bit first; errors are relative, and those that are not
+    given are zero.
 
     >>> bit_weights(3, (0.25,), 0.0, 1)
     [5.0, 2.0, 1.0]

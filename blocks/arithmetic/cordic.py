@@ -70,7 +70,8 @@ def _rounded(value: int) -> int:
 
 
 def grown(value: WholeNumber, rest: WholeNumber, shift: int, angle: int) -> tuple[Any, Any]:
-    """One hyperbolic rotation of a vector with equal coordinates, of which one register is enough; bits are dropped.
+    """One hyperbolic rotation of a vector with equal coordinates, of which one register is enough;
+    bits are dropped.
 
     value exp(rest) stays what it is, but for rounding and the growth: the value takes up the
     exponential of the rest.

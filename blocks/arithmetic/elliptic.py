@@ -1,4 +1,5 @@
-"""Analog elliptic low-pass: poles j cd((u - j v) K, k), zeros j / (k cd(u K, k)), u = (2i + 1) / n; edge at 1 rad/s.
+"""Analog elliptic low-pass: poles j cd((u - j v) K, k), zeros j / (k cd(u K, k)), u = (2i + 1) / n;
+edge at 1 rad/s.
 
 e_p^2 = 10^(ripple / 10) - 1, e_s^2 = 10^(attenuation / 10) - 1, k1 = e_p / e_s; the nome of k is
 the n-th root of that of k1; sn(j n v K1, k1) = j / e_p. Jacobi's functions follow from Landen

@@ -55,7 +55,8 @@ def exponential_parts(value: float, low: float) -> tuple[float, float, float]:
 
 
 def exponential_less_one(value: float) -> float:
-    """e to the power of the value, less 1, within 0.65 ulp, for small values too; infinity where that is too large.
+    """e to the power of the value, less 1, within 0.65 ulp, for small values too; infinity where
+    that is too large.
 
     >>> exponential_less_one(1e-20), exponential_less_one(-1000.0), exponential_less_one(1000.0)
     (1e-20, -1.0, inf)

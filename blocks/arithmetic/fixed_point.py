@@ -40,7 +40,8 @@ _OVERFLOWS = get_args(Overflow)
 
 
 class OverflowCount:
-    """Count of the casts that saturated or wrapped: `total`. `lost` is nonzero whenever `total` is; it is cheaper.
+    """Count of the casts that saturated or wrapped: `total`. `lost` is nonzero whenever `total` is;
+    it is cheaper.
 
     While a step is traced they are signals; with `refusals` so is `refused`, not 0 where a cast
     refuses.
@@ -167,7 +168,8 @@ class FixedValue:
 
 
 def fixed(value: int | float | Fraction, format: Fixed, rounding: Rounding | Literal["exact"] = "exact") -> FixedValue:
-    """A constant in a format. Raises ValueError for a value that does not fit, or lies between steps with no rounding.
+    """A constant in a format. Raises ValueError for a value that does not fit, or lies between
+    steps with no rounding.
 
     >>> fixed(0.75, Fixed(8, 4)), fixed(0.1, Fixed(16, 12), "half_even")
     (FixedValue(12, 4), FixedValue(410, 12))
@@ -215,7 +217,8 @@ def clip(value: Any, low: Any, high: Any) -> Any:
 
 
 def wrap(value: Any, format: Fixed) -> Any:
-    """The low bits of a value, as two's complement of the format's width; an integer, or a FixedValue of its fraction.
+    """The low bits of a value, as two's complement of the format's width; an integer, or a
+    FixedValue of its fraction.
 
     Unlike `.to(format, overflow="wrap")` this is meant, and is not counted as an overflow.
 

@@ -1,4 +1,5 @@
-"""Discrete Fourier transform of a power of two of numbers, in place and in plain arithmetic (Cooley and Tukey 1965).
+"""Discrete Fourier transform of a power of two of numbers, in place and in plain arithmetic (Cooley
+and Tukey 1965).
 
     X[k] = sum of x[n] exp(-2 pi j k n / N)
 

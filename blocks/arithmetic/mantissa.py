@@ -16,7 +16,8 @@ _ROUNDINGS = get_args(Rounding)
 
 
 class Mantissa:
-    """A stand-in for a Python integer, with its operators: it stands for every value that the integer could have.
+    """A stand-in for a Python integer, with its operators: it stands for every value that the
+    integer could have.
 
     A class that derives from it has these operators, and says for itself what it does otherwise
     than others. The choices are those of one that decides its comparisons. No metaclass makes
@@ -165,7 +166,8 @@ def rounded(mantissa: WholeNumber, dropped: int, rounding: Rounding) -> Any:
 
 
 def dropped(rule: Callable[[int], int]) -> tuple[int, float]:
-    """Parts of a step that a rule of rounding drops, and the variance in steps of what it adds, all parts as likely.
+    """Parts of a step that a rule of rounding drops, and the variance in steps of what it adds, all
+    parts as likely.
 
     Of the nearest step it is (1 - 1/n^2) / 12 for n parts, and (1 + 2/n^2) / 12 where ties go
     either way; of a magnitude that is cut the mean square, as the sign turns with the number. The

@@ -46,7 +46,8 @@ def wrong_sizes(
     inputs: int,
     outputs: int,
 ) -> Iterator[tuple[str, str]]:
-    """Yield those of the matrices A, B, C and D of a system that have another size, and the size they should have.
+    """Yield those of the matrices A, B, C and D of a system that have another size, and the size
+    they should have.
 
     >>> list(wrong_sizes([0.9], [1.0, 2.0], [1.0], [0.0], 1, 1, 1))
     [('entry', '1 numbers, 1 by 1')]

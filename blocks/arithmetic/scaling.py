@@ -1,4 +1,5 @@
-"""Powers of two, split off numbers and multiplied to them, exactly: without a look at the bits, which Python has not.
+"""Powers of two, split off numbers and multiplied to them, exactly: without a look at the bits,
+which Python has not.
 
 One choice after the other and no loop: so they vectorise.
 """

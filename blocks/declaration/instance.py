@@ -28,7 +28,8 @@ def keep_written(changed: Block, before: Block, names: Collection[str]) -> Block
 
 
 def takes_unit(block: Block, name: str, unit: str) -> bool:
-    """Return whether a unit that is a parameter of a block may be another one, with all that the block says in units.
+    """Return whether a unit that is a parameter of a block may be another one, with all that the
+    block says in units.
 
     >>> from proofmass.blocks import Gain
     >>> takes_unit(Gain(), "input_unit", "V"), takes_unit(Gain(gain="2 V", output_unit="V"), "input_unit", "A")

@@ -185,7 +185,8 @@ def did_you_mean(word: str, names: Iterable[str], what: str, beside: Collection[
 
 
 def shown(value: object, limit: int = 80) -> str:
-    """A value for a message: in ASCII and the signs of units, so that look-alike letters show; one line, cut if long.
+    """A value for a message: in ASCII and the signs of units, so that look-alike letters show; one
+    line, cut if long.
 
     >>> print(shown("5 µV/√Hz"), shown("größe"))
     '5 µV/√Hz' 'gr\\xf6\\xdfe'

@@ -65,7 +65,8 @@ class Registration(Facts):
 
     @bare
     def fold(cls, function: _Function) -> _Function:
-        """Register `fold(c, x) -> State`: the state of a continuous block in another form, at the end of each tick.
+        """Register `fold(c, x) -> State`: the state of a continuous block in another form, at the
+        end of each tick.
 
         An angle that grows loses digits: its whole turns are counted apart. Outputs are the same
         but for rounding.

@@ -66,7 +66,8 @@ def relative_text(part: float) -> str:
 
 
 def display(own: str, wanted: str, largest: float) -> tuple[float, str]:
-    """Return a factor and the unit in print for numbers in the unit `own`: in the `wanted` unit, or with a prefix.
+    """Return a factor and the unit in print for numbers in the unit `own`: in the `wanted` unit, or
+    with a prefix.
 
     >>> factor, unit = display("rad/s", "deg/h", 1e-5)
     >>> round(factor * 1e-5, 9), unit
@@ -90,7 +91,8 @@ def displayed(value: float, own: str, wanted: str, digits: int = 6) -> str:
 
 
 def prefix(unit: str, largest: float) -> tuple[float, str]:
-    """Return a factor and the unit with an SI prefix for numbers up to `largest`; (1, unit) if it takes no prefix.
+    """Return a factor and the unit with an SI prefix for numbers up to `largest`; (1, unit) if it
+    takes no prefix.
 
     >>> prefix("V", 3e-5)
     (1000000.0, 'µV')

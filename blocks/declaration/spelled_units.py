@@ -16,7 +16,8 @@ _WORD = re.compile(r"(?<![A-Za-zµμΩ])(?!sqrt\b)[A-Za-zµμΩ%][A-Za-zµμΩ0-
 
 @lru_cache(maxsize=512)
 def spellings(own: str) -> tuple[tuple[str, tuple[dict[str, Fraction], ...]], ...]:
-    """Return forms of units that people write for `own`: with a `?` for each name, and what a name there multiplies by.
+    """Return forms of units that people write for `own`: with a `?` for each name, and what a name
+    there multiplies by.
 
     >>> ((form, (volts, metres)),) = spellings("V/m")
     >>> form, volts["mV"], metres["um"]

@@ -230,7 +230,8 @@ def instead_of_numpy(value: Any) -> str:
 
 
 def modules_of(target: Any) -> tuple[str, str]:
-    """Return the modules that a function comes from, and the object that it is a method of: "random" for all dice.
+    """Return the modules that a function comes from, and the object that it is a method of:
+    "random" for all dice.
 
     >>> import random
     >>> modules_of(random.gauss), modules_of(random.random)

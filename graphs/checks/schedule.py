@@ -86,7 +86,8 @@ class Schedule:
 
 
 def schedule(graph: FlatGraph) -> Schedule:
-    """Schedule a graph whose wires are right; raises `ModelError` for a loop without delay that is not to be solved.
+    """Schedule a graph whose wires are right; raises `ModelError` for a loop without delay that is
+    not to be solved.
 
     Steps that may come in any order are in alphabetical order, so the order of declaration changes
     nothing.

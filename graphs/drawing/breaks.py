@@ -57,7 +57,8 @@ def rows_of(starts: Sequence[int], width: int, crossing: Sequence[int], wanted: 
 def broken(
     columns: Iterable[Sequence[Item]], nets: dict[tuple[str, str, int], Net], rows: RowRanges
 ) -> tuple[list[list[Item]], NetsOf]:
-    """Return columns and nets within rows. A wire that goes on in another row leaves its row beside its last pin.
+    """Return columns and nets within rows. A wire that goes on in another row leaves its row beside
+    its last pin.
 
     Pins of the items become those within the row.
     """

@@ -15,7 +15,8 @@ Data = dict[str, Any]
 
 
 def diagram_data(graph: Graph, unfolded: Collection[str] = ()) -> Data:
-    """Return blocks, wires and probes of the diagram that `svg` draws; places are in its pixels, from the upper left.
+    """Return blocks, wires and probes of the diagram that `svg` draws; places are in its pixels,
+    from the upper left.
 
     `unfolded` names subgraphs by their paths, as for `svg`. What is inside has the whole path as
     its name.

@@ -31,7 +31,8 @@ class Bar:
 
 
 def channel(nets: Mapping[_Key, Heights]) -> tuple[int, dict[_Key, list[Bar]]]:
-    """Return the number of tracks of a gap and the bars of each net: none if it runs straight, two if it must dodge.
+    """Return the number of tracks of a gap and the bars of each net: none if it runs straight, two
+    if it must dodge.
 
     Where one net arrives on the left at the height where another leaves on the right, its bar
     stands further left; nets that demand this of each other get two bars.

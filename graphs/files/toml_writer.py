@@ -34,7 +34,8 @@ class WithTables(Protocol):
 
 
 def write_graph(graph: Graph | WithTables, as_written: bool = False) -> str:
-    """Return the text of a graph file: only differences from the defaults, numbers with units, subgraphs as tables.
+    """Return the text of a graph file: only differences from the defaults, numbers with units,
+    subgraphs as tables.
 
     `graph` is any graph: what `read_graph` makes of the text is equal to it. Of a `Tuning` the text
     has `[tune]` too, and `read_tuning` reads it back. `as_written` keeps quantities in the units in

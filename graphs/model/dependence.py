@@ -1,4 +1,5 @@
-"""Dependence on the values of a graph and its subgraphs: all formulas, in an order in which each can be computed.
+"""Dependence on the values of a graph and its subgraphs: all formulas, in an order in which each
+can be computed.
 
 Numbers are in coherent SI units for values, and in their own units for parameters; all may be
 arrays.

@@ -1,4 +1,5 @@
-"""Differences of meaning between two graphs: blocks, parameters, wires, rates, values, and all else a run depends on.
+"""Differences of meaning between two graphs: blocks, parameters, wires, rates, values, and all else
+a run depends on.
 
 Order, comments, layout, nesting and the way a quantity is written make no difference. Blocks, wires
 and rates are those of the flat graphs.

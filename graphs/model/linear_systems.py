@@ -1,4 +1,5 @@
-"""Blocks from linear systems of python-control and SciPy, of which neither is imported: a system is read by its names.
+"""Blocks from linear systems of python-control and SciPy, of which neither is imported: a system is
+read by its names.
 
 x' = A x + B u, y = C x + D u        or x[n+1] = ..., or coefficients of s or z, highest power first
 """

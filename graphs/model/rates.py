@@ -19,7 +19,8 @@ _LONGEST_INTEGER = 10**80  # largest numerator or denominator
 
 
 def read_rate(value: object) -> Fraction:
-    """A rate in hertz, exactly: a number, a frequency such as "50 kHz" or "9600/3 Hz", or a period such as "20 us".
+    """A rate in hertz, exactly: a number, a frequency such as "50 kHz" or "9600/3 Hz", or a period
+    such as "20 us".
 
     >>> read_rate("20 us")
     Fraction(50000, 1)
@@ -131,7 +132,8 @@ def _decimal(value: Fraction) -> str:
 
 
 def simplest(value: float) -> Fraction:
-    """The fraction of the smallest numbers within four roundings of a number above zero: a formula's rate, exactly.
+    """The fraction of the smallest numbers within four roundings of a number above zero: a
+    formula's rate, exactly.
 
     A decimal that is about as short is taken as it stands.
 

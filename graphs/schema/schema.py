@@ -341,7 +341,8 @@ def _requirement() -> Schema:
 
 
 def _formulated(number: Schema) -> Schema:
-    """Return the schema of a number, a quantity or a formula: bounds are those of numbers, the pattern is of texts.
+    """Return the schema of a number, a quantity or a formula: bounds are those of numbers, the
+    pattern is of texts.
 
     Usual forms are definitions of their own, which keeps the file small.
     """

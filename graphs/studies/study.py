@@ -158,7 +158,8 @@ class Study(Placed):
         return run // self.points // self.designed.group * self.points + run % self.points
 
     def drawn(self, run: int, *, apart: bool = False) -> list[dict[str, float]]:
-        """Parameters of a run by `block.parameter` of the flat graph, at each epoch, but for what calibrations left.
+        """Parameters of a run by `block.parameter` of the flat graph, at each epoch, but for what
+        calibrations left.
 
         With `apart` each of them is what it would be if nothing that it follows from were spread or
         drifted.

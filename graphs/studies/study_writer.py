@@ -16,7 +16,8 @@ from proofmass.graphs.studies.study_tables import Limit
 
 
 def write_study(study: Study, graph: Graph | None = None) -> str:
-    """The text of a graph file with a table `[study]`, whose numbers are in the units of their parameters and measures.
+    """The text of a graph file with a table `[study]`, whose numbers are in the units of their
+    parameters and measures.
 
     `graph` is the study's, with its recordings named from the folder that the text is meant for;
     `files_beside` belong into the same folder.

@@ -1,4 +1,5 @@
-"""Two studies compared, point by point and age by age: which means and yields moved by more than their sensors scatter.
+"""Two studies compared, point by point and age by age: which means and yields moved by more than
+their sensors scatter.
 
 The unit that is independent is the sensor: it is at every point of a sweep and at every age, so
 that runs of several points are no larger a sample. Where both studies drew the same sensors (equal

@@ -124,7 +124,8 @@ def _stepped(loop: _Loop, change: Flat) -> tuple[bool, bool]:
 
 
 def _distance(unknown: Flat, image: Flat, size: Flat) -> float:
-    """Return the largest difference between unknowns and image, relative to their sizes; NaN where one is not finite.
+    """Return the largest difference between unknowns and image, relative to their sizes; NaN where
+    one is not finite.
 
     Where there is no size yet, the larger of the two values is taken for it.
     """

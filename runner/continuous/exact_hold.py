@@ -1,4 +1,5 @@
-"""Exact sampled form of linear continuous systems whose inputs are held, or move on a straight line, over the step.
+"""Exact sampled form of linear continuous systems whose inputs are held, or move on a straight
+line, over the step.
 
     x' = A x + B u,  u constant over T:   x[n+1] = exp(A T) x[n] + (integral of exp(A t) dt over T) B u[n]
 

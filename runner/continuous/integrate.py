@@ -55,7 +55,8 @@ class GroupTick(NamedTuple):
 
 
 def integrate(tick: GroupTick) -> float:
-    """Move the states `x` by a period, in steps of `first` seconds, or from there on as long as a tolerance allows.
+    """Move the states `x` by a period, in steps of `first` seconds, or from there on as long as a
+    tolerance allows.
 
     A tolerance of zero means steps as long as the first, shorter ones only where no number comes out of it. Errors
     are relative to the `largest` value that a state ever had, which is kept there. What leaves rest in this tick has
@@ -153,7 +154,8 @@ def _passed(tick: GroupTick, young: float) -> tuple[float, bool]:
 
 
 def _largest_error(tick: GroupTick, reach: float, young: float) -> float:
-    """Return the largest error of a state, relative to the largest value that it ever had; NaN if one is not finite.
+    """Return the largest error of a state, relative to the largest value that it ever had; NaN if
+    one is not finite.
 
     A state that leaves rest may grow with a high power of the time, so that no step is short enough
     for what it is at the end of it: while it is less than the part `young` of what its rate makes

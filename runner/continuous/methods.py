@@ -1,4 +1,5 @@
-"""One step of an explicit Runge-Kutta method, written once: on numbers in plain Python, on text for the compiled loop.
+"""One step of an explicit Runge-Kutta method, written once: on numbers in plain Python, on text for
+the compiled loop.
 
     k_i = f(t + c_i h, x + h sum_j a_ij k_j),   x(t + h) = x + h sum_i b_i k_i
 

@@ -1,4 +1,5 @@
-"""Balls: real numbers that are known to lie in an interval. What is computed with them encloses every value in it.
+"""Balls: real numbers that are known to lie in an interval. What is computed with them encloses
+every value in it.
 
     [a] + [b] holds a + b for all a of [a] and b of [b]; so do products, quotients and elementary
     functions

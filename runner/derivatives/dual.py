@@ -1,4 +1,5 @@
-"""Dual numbers: a value with its exact derivatives in any number of directions (Griewank and Walther 2008, chapter 3).
+"""Dual numbers: a value with its exact derivatives in any number of directions (Griewank and
+Walther 2008, chapter 3).
 
     f(a + sum of s_i d_i) = f(a) + f'(a) sum of s_i d_i
 

@@ -56,7 +56,8 @@ def with_quantisers(
     quantise: Callable[[Callable[[Any], Any], Any], Any],
     level: Callable[..., Any],
 ) -> Any:
-    """Return a function as `for_duals` does, where `quantise(rule, value)` takes the place of each rule of rounding.
+    """Return a function as `for_duals` does, where `quantise(rule, value)` takes the place of each
+    rule of rounding.
 
     `level(rule, *arguments)` is the same of a rule that chooses one of some levels.
     """

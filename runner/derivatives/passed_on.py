@@ -33,7 +33,8 @@ _LOOPED = ("update", "derivative", "fold")
 def passed_on(
     function: Callable[..., Any], fields: tuple[str, ...], lists: tuple[str, ...]
 ) -> Mapping[str, ArgumentNames] | None:
-    """Return from what each field of the result follows, and each list among the arguments; None if that is not known.
+    """Return from what each field of the result follows, and each list among the arguments; None if
+    that is not known.
 
     Without fields it is the whole of the result, `RESULT`. A record that is an argument has the
     same fields.

@@ -236,7 +236,8 @@ def matrix_terms(rows: Sequence[Sequence[Any]]) -> Terms:
 
 
 def at_corners(terms: Terms, places: Sequence[int]) -> Iterator[Any]:
-    """Yield the middles of a polynomial of matrices with some coordinates at their ends, the others in the middle.
+    """Yield the middles of a polynomial of matrices with some coordinates at their ends, the others
+    in the middle.
 
     The last of these coordinates is the fastest.
     """

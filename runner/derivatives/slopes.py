@@ -1,4 +1,5 @@
-"""Derivatives of elementary functions, as plain functions: dual numbers and programs of tangents read the same ones.
+"""Derivatives of elementary functions, as plain functions: dual numbers and programs of tangents
+read the same ones.
 
 Where a function has no finite derivative, as the square root at 0, plain Python raises and a
 program gives no finite number.

@@ -111,7 +111,8 @@ def loader(formats: Formats) -> Callable[[Any], Any]:
 
 
 def storer(formats: Formats, text: str, at: Callable[[str], object] = lambda text: None) -> Callable[[Any], Any]:
-    """Return the function that turns a step function's result into the raw value; `at` is told which number is next.
+    """Return the function that turns a step function's result into the raw value; `at` is told
+    which number is next.
 
     It raises TypeError for a result of another form, OverflowError for a number outside its format.
     """
@@ -135,7 +136,8 @@ def storer(formats: Formats, text: str, at: Callable[[str], object] = lambda tex
 
 
 def reference_step(function: Callable[..., Any], formats: Mapping[str, Formats]) -> Callable[..., Any]:
-    """The step function itself on Python integers, taking and returning raw values: what compiled code must equal.
+    """The step function itself on Python integers, taking and returning raw values: what compiled
+    code must equal.
 
     Lists are changed in place. The result raises OverflowError where it does not fit its format.
     """

@@ -1,4 +1,5 @@
-"""The lock under which LLVM works: one compilation at a time, none across a fork, none while the process is taken down.
+"""The lock under which LLVM works: one compilation at a time, none across a fork, none while the
+process is taken down.
 
 It stands alone, since those who wait for it must not import LLVM.
 """

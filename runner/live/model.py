@@ -96,7 +96,8 @@ def about(kind: type[Block]) -> dict[str, str]:
 
 
 def _spelled(units: Iterable[tuple[str, str]]) -> dict[str, list[dict[str, Any]]]:
-    """Return the forms of units that a field takes: by the unit that it shows, from this one and the parameter's own.
+    """Return the forms of units that a field takes: by the unit that it shows, from this one and
+    the parameter's own.
 
     A form has, for each place in it, the names that may stand there and their factors.
     """

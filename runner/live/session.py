@@ -207,7 +207,8 @@ class Session:
                 return {"problems": [Problem(message=str(error)).as_data()]}
 
     def save(self, data: object) -> dict[str, Any] | None:
-        """Write the values of the sliders into the file; None if they are malformed, or where nothing may be written.
+        """Write the values of the sliders into the file; None if they are malformed, or where
+        nothing may be written.
 
         Of what a browser sends only numbers are taken: names and units are those of the graph.
         """

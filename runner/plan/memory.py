@@ -55,7 +55,8 @@ class Engine(Protocol):
         ...
 
     def advance(self, last: int, rows: Rows) -> bool:
-        """Run up to, not including, the tick `last`; `rows` has an array for the rows of each probe, in their order.
+        """Run up to, not including, the tick `last`; `rows` has an array for the rows of each
+        probe, in their order.
 
         Return False, or a `TickError` if it is known, when a value of a wire in one of the ticks
         was not finite or did not fit its format.

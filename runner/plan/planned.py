@@ -143,7 +143,8 @@ class WiredPlan:
         return bindings(self.schedule, self.blocks[name], name, port, behaviour)
 
     def stream(self, name: str) -> int:
-        """Number of the block's random stream: the hash of the shortest end of its path that no other block shares.
+        """Number of the block's random stream: the hash of the shortest end of its path that no
+        other block shares.
 
         So the noise of a block does not change when the block moves into a subgraph, and two blocks
         never share noise.
@@ -208,7 +209,8 @@ class Plan(Filled):
         return ahead(self.graph, self.schedule, (solver.group for solver in self.solvers))
 
     def part(self, blocks: AbstractSet[str]) -> "Plan":
-        """The plan of some blocks, of what they depend on, and of the groups that they move with, without its probes.
+        """The plan of some blocks, of what they depend on, and of the groups that they move with,
+        without its probes.
 
         Each has the ticks, the numbers and the random stream that it has in the whole.
         """

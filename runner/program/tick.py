@@ -49,7 +49,8 @@ from proofmass.runner.program.watched import watched
 
 
 def write_tick(plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = False, measured: bool = False) -> TickLoop:
-    """Return the program of a plan. It computes the constants of blocks with `varied` parameters before the first tick.
+    """Return the program of a plan. It computes the constants of blocks with `varied` parameters
+    before the first tick.
 
     With `measured`, or `lanes` (runs side by side), wires of measures hold their values after the
     last tick.

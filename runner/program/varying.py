@@ -97,7 +97,8 @@ class LaneAnalysis:
         shared: frozenset[form.Storage],
         entries: Mapping[form.Storage, int],
     ) -> Varying:
-        """Return what differs in the program's entry, given the `differing` numbers and `entries` of arrays, as bits.
+        """Return what differs in the program's entry, given the `differing` numbers and `entries`
+        of arrays, as bits.
 
         All lanes read the same `shared` arrays.
         """

@@ -27,7 +27,8 @@ _spent: dict[int, float] = {}  # seconds like plans have taken in plain Python, 
 def choose(
     planned: Plan, ticks: int, wanted: EngineName, compiled_before: Callable[[], bool] | None = None
 ) -> EngineName:
-    """The engine that is ready sooner: short runs are interpreted, long ones and ones compiled before are compiled.
+    """The engine that is ready sooner: short runs are interpreted, long ones and ones compiled
+    before are compiled.
 
     Whether they were is found out by writing the plan as text, unless `compiled_before` says so.
     Runs of like graphs add up, so that a loop over variants is compiled in the end.

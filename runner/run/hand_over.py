@@ -1,4 +1,5 @@
-"""An engine that answers at once: plain Python from the first tick, machine code from the tick at which it is ready.
+"""An engine that answers at once: plain Python from the first tick, machine code from the tick at
+which it is ready.
 
 The memory goes from one to the other between two ticks. Both engines compute the same bits from any
 memory, so that the tick of the hand-over, which no run repeats, changes nothing but the time.

@@ -37,7 +37,8 @@ def _method(solver: Solver) -> str:
 
 
 def provenance(graph: Graph, engine: str, integration: str = "", handed_over: int | None = None) -> dict[str, str]:
-    """Facts to repeat a run: what ran, where, when; `engine` is empty for runs that were kept, by whichever engine.
+    """Facts to repeat a run: what ran, where, when; `engine` is empty for runs that were kept, by
+    whichever engine.
 
     `handed_over` is the tick at which machine code took over from plain Python; no digest has it.
     """

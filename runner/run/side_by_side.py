@@ -41,7 +41,8 @@ def lanes_for(runs: int, size: int) -> int:
 
 
 def whole_lanes(lanes: int) -> int:
-    """Return the least number of lanes from `lanes` on for which LLVM makes code: a power of two, 2 to 64; 0 stays.
+    """Return the least number of lanes from `lanes` on for which LLVM makes code: a power of two, 2
+    to 64; 0 stays.
 
     Rows of other lengths would lie across the boundaries of vectors, and LLVM ends the process
     where it has no instructions for them. Lanes without a run are idle. Raises `ModelError`.

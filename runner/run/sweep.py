@@ -105,7 +105,8 @@ def sweep(
     seed: int | None = None,
     engine: EngineName = "auto",
 ) -> Sweep:
-    """Run a graph once for each combination of values of its parameters, `{"adc.bits": [10, 12], "mass": ["1 ug"]}`.
+    """Run a graph once for each combination of values of its parameters, `{"adc.bits": [10, 12],
+    "mass": ["1 ug"]}`.
 
     Any parameter and named value may be swept, numbers, integers and texts alike. `zipped` takes
     the first values of all parameters together, then the second ones. Probes record only with

@@ -1,4 +1,5 @@
-"""Products of the sparse maps of ticks, from the last one back: how some numbers follow from all that has entered.
+"""Products of the sparse maps of ticks, from the last one back: how some numbers follow from all
+that has entered.
 
     x[k+1] = S[k] x[k] + R[k] w[k]:   a[k] = S[k]' a[k+1],   b[k] = R[k]' a[k+1]
 

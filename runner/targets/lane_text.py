@@ -1,4 +1,5 @@
-"""A program for several runs side by side, in LLVM's language: what differs between them is a vector of a lane a run.
+"""A program for several runs side by side, in LLVM's language: what differs between them is a
+vector of a lane a run.
 
 All lanes go through the program together. Where they part, both ways are gone, each with a mask of
 the lanes that are active on it: what is set or stored there is taken from these lanes alone.

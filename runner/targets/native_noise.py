@@ -1,4 +1,5 @@
-"""Ticks with noise in machine code: what numbers that last, random numbers and errors of roundings do, over some ticks.
+"""Ticks with noise in machine code: what numbers that last, random numbers and errors of roundings
+do, over some ticks.
 
 Random numbers and roundings are events of a tick (`program.events`), each with a lane of its own.
 What some ticks do is composed of their sparse maps, from the last tick back.
@@ -237,7 +238,8 @@ class CompiledNoise(NoiseInCode):
                 self._heard.setdefault(node, []).append(row)
 
     def matrix(self, ends: Sequence[LastingPlace], begins: Sequence[LastingPlace], enter: Sequence[Direction]) -> Array:
-        """Return slopes by numbers that last before the ticks, and by what enters, of those after them and of outputs.
+        """Return slopes by numbers that last before the ticks, and by what enters, of those after
+        them and of outputs.
 
         Behind the outputs are what quantisers are given, where that is asked for.
         """

@@ -9,7 +9,8 @@ _MOST = 600  # statements of all turns of a loop that is written out
 
 
 def written_out(loop: For) -> range | None:
-    """Return the counters of a loop of a few known turns, each of which computes from the last; None for other loops.
+    """Return the counters of a loop of a few known turns, each of which computes from the last;
+    None for other loops.
 
     What follows from constants alone is then computed before the ticks. Turns that need nothing of
     each other stay a loop, of which LLVM makes vectors.

@@ -93,7 +93,8 @@ def level_data(level: Any, unit: str) -> dict[str, Any]:
 
 
 def allan(signal: Any, *, rate: float = 0.0, unit: str = "1") -> Allan:
-    """Allan, Hadamard and modified Allan deviations of a trace, a series or, with their `rate` in Hz, plain values.
+    """Allan, Hadamard and modified Allan deviations of a trace, a series or, with their `rate` in
+    Hz, plain values.
 
     The degrees of freedom of each point are those of the kind of noise that dominates there by the
     fit of N, B, K and Q. Raises `ModelError` for a signal of under 64 values.

@@ -52,7 +52,8 @@ def _covariance(lag: Array, part: float, alpha: int, order: int) -> Array:
 
 
 def _mean(lag: Array, part: float, alpha: int) -> Array:
-    """Autocovariance of the integral of noise with a density as f^alpha, averaged over a part of an averaging time.
+    """Autocovariance of the integral of noise with a density as f^alpha, averaged over a part of an
+    averaging time.
 
     White noise of the integral itself, alpha = 2, has none without: there it is averaged over one
     value.

@@ -134,7 +134,8 @@ class _Fit:
     counts: Array
 
     def best(self, fixed: int = -1, square: float = 0.0) -> tuple[Array, float]:
-        """Squares of the coefficients that make the density most likely, one of them fixed, and minus its logarithm.
+        """Squares of the coefficients that make the density most likely, one of them fixed, and
+        minus its logarithm.
 
         The score of the likelihood is zero where least squares weighted by its own prediction come
         to rest.

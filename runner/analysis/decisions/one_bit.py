@@ -151,7 +151,8 @@ def _filtered(whole: PeriodMap, columns: list[int], by: Shaping, name: str, numb
 
 
 def loop_through_bits(about: Linearisation, node: Endpoint) -> OpenLoop | None:
-    """Return the loop through an output with the gains that its quantisers of one bit have in a run; None without such.
+    """Return the loop through an output with the gains that its quantisers of one bit have in a
+    run; None without such.
 
     A gain depends on what is quantised: the loop is that of signals which are small beside it.
     """

@@ -46,7 +46,8 @@ class Shaping:
     poles: tuple[_Pole, ...]  # real ones, and of a conjugate pair that above the axis
 
     def matrices(self) -> Matrices:
-        """Return A, B, C and D of one value. White noise of rms 1 gives every state the rms 1, and no two are related.
+        """Return A, B, C and D of one value. White noise of rms 1 gives every state the rms 1, and
+        no two are related.
 
         So A never makes a state longer, over any number of values. The states are those of a
         cascade of all-pass sections (Heuberger, Van den Hof and Bosgra, IEEE Trans. Automatic

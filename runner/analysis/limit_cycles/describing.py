@@ -1,4 +1,5 @@
-"""Describing functions: the gain of a nonlinear block for a sine of some amplitude, from the fundamental of its output.
+"""Describing functions: the gain of a nonlinear block for a sine of some amplitude, from the
+fundamental of its output.
 
     N(A) = 1 / (pi A) integral over a turn of y(A sin t) (sin t + j cos t) dt
 
@@ -66,7 +67,8 @@ def dead_zone(amplitude: float, width: float, slope: float = 1.0) -> float:
 
 
 def quantiser(amplitude: float, step: float, levels: float = math.inf) -> float:
-    """Return N(A) of a quantiser with a level at zero: relays at odd halves of a step, `levels` at most on each side.
+    """Return N(A) of a quantiser with a level at zero: relays at odd halves of a step, `levels` at
+    most on each side.
 
     >>> quantiser(0.4, 1.0), round(quantiser(100.0, 1.0), 3)
     (0.0, 1.0)

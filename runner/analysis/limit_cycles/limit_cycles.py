@@ -72,7 +72,8 @@ def amplitude_unit(graph: Graph, name: str) -> str:
 
 
 def simulated(graph: Graph, name: str, cycles: Sequence[LimitCycle] | None = None) -> LimitCycle | None:
-    """Return the limit cycle of a run: the fundamental at the input of a block in its second half; None if at rest.
+    """Return the limit cycle of a run: the fundamental at the input of a block in its second half;
+    None if at rest.
 
     The run starts at tick 0. It lasts as long as the graph says, or for `PERIODS` of the slowest
     predicted cycle.

@@ -17,7 +17,8 @@ from proofmass.runner.plan.groups import analogue
 
 
 def with_gains(graph: Graph, gains: Mapping[str, float | str], amplitudes: Mapping[str, float | str]) -> Graph:
-    """Return the graph with blocks replaced by stated gains, or by describing functions at amplitudes of their input.
+    """Return the graph with blocks replaced by stated gains, or by describing functions at
+    amplitudes of their input.
 
     Raises `ModelError` if a block has no number to multiply, or its describing function shifts the
     phase.

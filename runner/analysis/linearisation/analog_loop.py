@@ -189,7 +189,8 @@ def analog_map_at(
 def analog_rates(
     plan: Plan, group: Group, nodes: Sequence[Endpoint], memory: Memory, by_parameters: bool = False
 ) -> tuple[list[int], list[Any]]:
-    """Return the numbers of the states that move, their rates and the signals of the wires at the start of a tick.
+    """Return the numbers of the states that move, their rates and the signals of the wires at the
+    start of a tick.
 
     The rates have slopes by the states, and by what is added at the readers of the wires, numbered
     after all states. Raises `TickError` where they have none.

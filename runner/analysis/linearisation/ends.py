@@ -13,7 +13,8 @@ from proofmass.runner.plan.planned import Plan
 
 @dataclass(frozen=True)
 class Ends:
-    """Wires that a map leads from and to, cut or not, with `everything` upstream and the blocks whose noise enters.
+    """Wires that a map leads from and to, cut or not, with `everything` upstream and the blocks
+    whose noise enters.
 
     Maps from the same inputs to the outputs `beside` are asked for too, and repeat in the same
     period. Derivatives by parameters are those of `whole_turns` of all sources.

@@ -329,7 +329,8 @@ class Alone(PartInterpreter):
         ]
 
     def wires(self, nodes: Sequence[Endpoint], last: int) -> Array:
-        """Run up to, not including, the tick `last`, and return what wires of one number hold: a row for each tick.
+        """Run up to, not including, the tick `last`, and return what wires of one number hold: a
+        row for each tick.
 
         From a tick on that fails they hold nothing: a block that is given held signals may have
         none there.

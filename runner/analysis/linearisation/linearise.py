@@ -31,7 +31,8 @@ def linearise(
     at: At = AUTO,
     minimal: bool = False,
 ) -> "control.StateSpace":
-    """Return the linearised sampled system of a graph as a `control.StateSpace`, exact for signals held between ticks.
+    """Return the linearised sampled system of a graph as a `control.StateSpace`, exact for signals
+    held between ticks.
 
     `inputs` are outputs of blocks, such as "acceleration.output"; inputs of the system are added to
     their values. `outputs` are the observed signals. With `loop`, the name of a loop or an output
@@ -96,7 +97,8 @@ def to_control(period_map: PeriodMap, negated: bool = False, minimal: bool = Fal
 
 
 def loops_of(planned: Plan) -> dict[str, Loop]:
-    """Return the loops of a graph: those that it names, else all in its wires; raises `ModelError` if there is none.
+    """Return the loops of a graph: those that it names, else all in its wires; raises `ModelError`
+    if there is none.
 
     Where loops share wires, the fewest outputs that open them all stand for them, each with the
     others closed.

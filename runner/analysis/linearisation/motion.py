@@ -1,4 +1,5 @@
-"""Instants of an orbit that moves while a loop stands still for it: whether its gain margins move, and where to look.
+"""Instants of an orbit that moves while a loop stands still for it: whether its gain margins move,
+and where to look.
 
 A loop that changes little in the time of its lowest gain crossover is taken as it stands. Where L
 is negative, at higher frequencies, the same motion may change it much more. So it is with a carrier

@@ -19,7 +19,8 @@ class Orbit:
     def __init__(
         self, rows: Sequence[Mapping[Any, float]], paired: bool = False, sizes: Mapping[Any, float] | None = None
     ) -> None:
-        """Take the numbers of each period; `paired` with those of the next, since a sine has a value twice a cycle.
+        """Take the numbers of each period; `paired` with those of the next, since a sine has a
+        value twice a cycle.
 
         What moves by a rounding of the largest values that numbers have had, `sizes`, stands still.
         """

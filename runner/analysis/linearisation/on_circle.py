@@ -1,4 +1,5 @@
-"""An exact quotient N / D on the unit circle, to rounding: also next to its poles and where those lie close to 1.
+"""An exact quotient N / D on the unit circle, to rounding: also next to its poles and where those
+lie close to 1.
 
 Polynomials of a moderate degree are products: z less a root has all its digits, since both are
 known less 1. Those of long filters, which have many zeros, are sums of powers of z, or of z - 1

@@ -67,7 +67,8 @@ class OpenLoop:
         return self.map.period / self.per_period
 
     def single(self) -> tuple[Array, Array, Array, float] | None:
-        """A, b, c and d of the one L that decides on stability, det(I + L) = 1 + L; None where no single one does.
+        """A, b, c and d of the one L that decides on stability, det(I + L) = 1 + L; None where no
+        single one does.
 
         It does where a period has one value of the wire, where one of several values is read or
         given, and where all are read alike, as by an average.

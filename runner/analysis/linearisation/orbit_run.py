@@ -1,4 +1,5 @@
-"""Memories, maps and numbers of a run from period to period, each found once, for a search for an operating point.
+"""Memories, maps and numbers of a run from period to period, each found once, for a search for an
+operating point.
 
 So are the changes between maps, which are asked for again and again.
 """

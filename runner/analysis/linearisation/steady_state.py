@@ -1,4 +1,5 @@
-"""The steady state of a linear map with a constant input: scale factor and bias, and their derivatives by parameters.
+"""The steady state of a linear map with a constant input: scale factor and bias, and their
+derivatives by parameters.
 
 x = A x + B u + step has one solution where no pole lies at 1. Modes that do not decay are projected
 out first if input and constants do not reach them or the output does not show them (`lasting`): an
@@ -113,7 +114,8 @@ def slopes_near_start(plan: Plan, blocks: set[str], tick: int, rings: Rings) -> 
 
 
 def slopes_at_rest(everything: PeriodMap) -> PointSlopes | None:
-    """Return the derivatives of a point that comes back, from the map of all that moves; None of one that does not.
+    """Return the derivatives of a point that comes back, from the map of all that moves; None of
+    one that does not.
 
     What every period leaves as it is, such as the entries of a table, has those of the start, and
     is left out.

@@ -1,4 +1,5 @@
-"""A loop that is cut at one wire, from one value of the wire to the next: a product of small maps for each period.
+"""A loop that is cut at one wire, from one value of the wire to the next: a product of small maps
+for each period.
 
     y[k] = c[k] x[k] + d[k] u[k],   x[k+1] = a[k] x[k] + b[k] u[k],   k = 0 ... p - 1,   x[p] is the next x[0]
 
@@ -117,7 +118,8 @@ class TickMaps:
         return min(_UNSCALED, max(1, int(_ROOM / np.log2(largest)))) if 2.0 < largest < np.inf else _UNSCALED
 
     def crossed(self, level: float, offset: float, near: float, hidden: Sequence[complex] = ()) -> list[float]:
-        """Return the angles of exp(j w T) at which a singular value of offset - T is at a level above the offset.
+        """Return the angles of exp(j w T) at which a singular value of offset - T is at a level
+        above the offset.
 
         What is `near` the unit circle counts as on it, but for the `hidden` poles there, which are
         there at any level.
@@ -142,7 +144,8 @@ class TickMaps:
         return sorted(float(angle) for angle in np.angle(on_circle))
 
     def holds(self) -> tuple[int, int]:
-        """Return after how many values the wire has a new one, and how many values it holds each for; 1 if any other.
+        """Return after how many values the wire has a new one, and how many values it holds each
+        for; 1 if any other.
 
         A value is that of the tick before if its row says so to the last bit, whatever the states
         and the input.

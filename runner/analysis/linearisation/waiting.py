@@ -88,7 +88,8 @@ class Waiting:
         return sorted({*doubled, *dict.fromkeys(np.concatenate(found).tolist()[:_LOOKS])})
 
     def apart(self, periods: int) -> list[int]:
-        """Return a period, of up to so many, in which sources are well apart from where they are in the first two.
+        """Return a period, of up to so many, in which sources are well apart from where they are in
+        the first two.
 
         Maps of these may be alike by chance, as on both sides of a carrier's peak. A carrier counts
         by its size, since its sign may not matter: none is returned where that stays as it is.

@@ -96,7 +96,8 @@ class CertifiedAxis:
         return self.largest_ratio(self._axis.denominator - self._axis.numerator, self._axis.closed)
 
     def largest_ratio(self, above: Polynomial, below: Polynomial) -> tuple[float, float]:
-        """Return place and value of the largest |above / below| on the axis, the ends included; infinite at a pole.
+        """Return place and value of the largest |above / below| on the axis, the ends included;
+        infinite at a pole.
 
         The axis of a continuous loop ends at infinite frequency, where S of a loop that falls off
         is 1.

@@ -1,4 +1,5 @@
-"""The delay margin of a loop with several values of its wire in a period: whole values before the first too many.
+"""The delay margin of a loop with several values of its wire in a period: whole values before the
+first too many.
 
 A delay of r values and q periods is a register of r values, and q periods are a factor z^-q at the
 wire. So a pole exp(j theta) on the unit circle is one that a factor exp(-j phi) puts there, with q

@@ -69,7 +69,8 @@ def _distances(w: Array, places: Array) -> Array:
 def check_by_sweep(
     system: OpenLoop, name: str, exact: Callable[[Array], Complex], figures: Figures, hidden: Sequence[Pole] = ()
 ) -> None:
-    """Compare L by the polynomials of a loop, `exact`, with its state space; raises `ArithmeticError` if they disagree.
+    """Compare L by the polynomials of a loop, `exact`, with its state space;
+    raises `ArithmeticError` if they disagree.
 
     They are compared between the crossovers, at frequencies where floating point gives L reliably.
     What `hidden` poles and the zeros next to them leave of each other, as far as they are known, is

@@ -1,4 +1,5 @@
-"""The figures of a loop opened at a wire that has several values in a common period, of which more than one matters.
+"""The figures of a loop opened at a wire that has several values in a common period, of which more
+than one matters.
 
 No single L exists: L is the matrix of the lifted system (`open_loop`), S and T are matrices whose
 size is the largest singular value. Gain and phase margin are the factor and the turn at the wire
@@ -92,7 +93,8 @@ def largest(system: OpenLoop, offset: float, closed: Samples) -> tuple[float, fl
 
 
 def _peak(system: OpenLoop, offset: float, closed: Samples) -> tuple[float, float, float | None]:
-    """Return the angle over a period and the value of the largest, and its frequency if its own line is the largest.
+    """Return the angle over a period and the value of the largest, and its frequency if its own
+    line is the largest.
 
     It is no less than at rest, or than that of the response at the own frequency, of which `closed`
     holds samples. Some singular value crosses a level just above the largest at a frequency if and
@@ -132,7 +134,8 @@ def _height(peak: _Peak) -> float:
 
 
 def _norm(matrix: Array) -> float:
-    """Return the largest singular value: by the squares, which leave the largest its accuracy, if there are many.
+    """Return the largest singular value: by the squares, which leave the largest its accuracy, if
+    there are many.
 
     Iterations from a random vector need ten times as long where the next singular values are near.
     """

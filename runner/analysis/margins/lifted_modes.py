@@ -1,4 +1,5 @@
-"""Modes that a loop of several wires, or values of its wire in a period, does not see, and the loop without them.
+"""Modes that a loop of several wires, or values of its wire in a period, does not see, and the loop
+without them.
 
 A closed-loop pole p with the vectors v and w moves by w B' D C' v / (w v) when the wire passes I +
 D instead of I; B' and C' are those of the closed loop (Golub and Van Loan, Matrix Computations,

@@ -1,4 +1,5 @@
-"""Margins of many sensors of one plan: maps by machine code, figures side by side, the certified path where it counts.
+"""Margins of many sensors of one plan: maps by machine code, figures side by side, the certified
+path where it counts.
 
 The first sensor, the plan itself, is linearised in full. Another takes the fast path if its loop is
 of the same kind: the map of one common period at the same operating point, which the next period

@@ -173,7 +173,8 @@ def margins_at(system: OpenLoop, loop: str, open_at: str) -> Margins:
 
 
 def least_of(instants: Sequence[Margins]) -> Margins:
-    """Return the margins at the instant with the least gain margin, with a note on their range and those of the first.
+    """Return the margins at the instant with the least gain margin, with a note on their range and
+    those of the first.
 
     Instants at which the loop is not stable have no margins; a note says that there are some.
     """

@@ -31,7 +31,8 @@ _NEXT = 1e-6  # distance from the boundary of a pole that a critical factor puts
 
 @dataclass(frozen=True)
 class Effect:
-    """Effect of a parameter or named value on a quantity: the derivative, and the change where it is 1.01 times itself.
+    """Effect of a parameter or named value on a quantity: the derivative, and the change where it
+    is 1.01 times itself.
 
     A parameter that is zero has no percent: where it is a ratio the change is that for 0.01, else
     there is none.
@@ -173,7 +174,8 @@ def _at(system: OpenLoop, w: float) -> complex:
 def _critical(
     system: OpenLoop, factor: complex, by_factor: Complex, near: complex | None = None
 ) -> tuple[complex, Callable[[Complex], complex]]:
-    """Return a factor that turns the boundary at its closed-loop pole upright, and the move of the pole by a change.
+    """Return a factor that turns the boundary at its closed-loop pole upright, and the move of the
+    pole by a change.
 
     The pole is the one that the factor puts `near` a place. Without a place it is that of all poles
     next to the boundary which the factor moves most: the others are hidden, as the phase of an

@@ -1,4 +1,5 @@
-"""The margins of many sampled loops of one kind at once, in floating point; those that it is not sure of are named.
+"""The margins of many sampled loops of one kind at once, in floating point; those that it is not
+sure of are named.
 
 Each loop has L = N / D in powers of d = z - 1, which is small where loops cross over, from its
 state space by Faddeev and LeVerrier (Householder, The Theory of Matrices in Numerical Analysis,
@@ -187,7 +188,8 @@ class _Chain:
     def crossings(
         self, of: Callable[[Complex], Array], known: Sequence[float], negative: bool = False
     ) -> tuple[Array, Truths]:
-        """Return where a function of L changes its sign, where L is negative if so wanted, and who is sure of it.
+        """Return where a function of L changes its sign, where L is negative if so wanted, and who
+        is sure of it.
 
         NaN stands where a loop has fewer such places than another one.
         """

@@ -61,7 +61,8 @@ def _lowest(crossovers: Sequence[float]) -> str:
 
 
 def pole_text(pole: Pole, period: float, turn: float) -> str:
-    """Return frequency, damping ratio and time constant of a closed-loop pole, whose mode turns by `turn` in a period.
+    """Return frequency, damping ratio and time constant of a closed-loop pole, whose mode turns by
+    `turn` in a period.
 
     The period is 0 for a continuous loop, whose pole tells both itself.
 

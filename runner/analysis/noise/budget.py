@@ -120,7 +120,8 @@ def budgets_at(
 
 
 def _beside(points: OperatingPoints, outputs: Sequence[str], input: str) -> dict[str, list[Endpoint]]:
-    """Return the outputs whose maps have the period of that of each output, and blocks of it, where they are several.
+    """Return the outputs whose maps have the period of that of each output, and blocks of it, where
+    they are several.
 
     Maps that share no block are taken apart: together they would be mostly zeros.
     """

@@ -25,7 +25,8 @@ _SUFFIX = {"density": "/sqrt(Hz)", "N": "/sqrt(Hz)", "B": "", "K": "/sqrt(s)"}
 def noise_blocks_of(
     figures: Mapping[str, str], unit: str = "", *, flat: bool = False, longest: float = 1e4, rate: float = 1e3
 ) -> tuple[dict[str, Block], list[str]]:
-    """Blocks and wires whose sum, `noise.output`, has a white `density` or `N`, flicker `B` and a random walk `K`.
+    """Blocks and wires whose sum, `noise.output`, has a white `density` or `N`, flicker `B` and a
+    random walk `K`.
 
     Figures are quantities, "0.1 deg/sqrt(h)"; `unit` is that of the signal. With `flat` B is what
     the Allan deviation comes down to. Flicker noise reaches down to a tenth of one by `longest`, in

@@ -150,7 +150,8 @@ class NoiseMap(SampledStateSpace):
         return np.asarray(form), np.asarray(scale), np.asarray(basis)
 
     def _in_rms(self) -> tuple[Array, Array]:
-        """Return A in units of the rms of each state, and these units. Balancing would tear a chain of filters apart.
+        """Return A in units of the rms of each state, and these units. Balancing would tear a chain
+        of filters apart.
 
         States that wander have the rms that they reach in some periods.
         """

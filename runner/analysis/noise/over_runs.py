@@ -1,4 +1,5 @@
-"""The standard deviation of one value over runs that differ in their random numbers: of an estimate, a result, a test.
+"""The standard deviation of one value over runs that differ in their random numbers: of an
+estimate, a result, a test.
 
 A budget is that of an output that goes on for ever. A value at one time of a run, such as what a
 calibration has found at its end, has a variance alone. It follows from all that happened since tick
@@ -80,7 +81,8 @@ def deviation_over_runs(
     until: str | float | Fraction | None = None,
     progress: Progress | None = None,
 ) -> ValueDeviation:
-    """Return the standard deviation of an output at a time over runs of different seeds, exactly for small noise.
+    """Return the standard deviation of an output at a time over runs of different seeds, exactly
+    for small noise.
 
     `graph` runs from tick 0, and random numbers count from there; `output` is "block.port". The
     value is that of its last tick up to and with the time `until`, in seconds, which is the end of

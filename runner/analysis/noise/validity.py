@@ -1,4 +1,5 @@
-"""Validity of a noise budget: whether errors of quantisers are white and uniform over one step, and noise is small.
+"""Validity of a noise budget: whether errors of quantisers are white and uniform over one step, and
+noise is small.
 
 They are so where what the quantiser is given moves by enough of a step from value to value (Widrow
 and Kollar, Quantization Noise, 2008, chapter 7): Gaussian motion of half a step leaves a

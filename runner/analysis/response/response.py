@@ -40,7 +40,8 @@ _STEP = 1e-4  # of the distance to the nearest pole, over which the phase is dif
 
 @dataclass(frozen=True, repr=False)
 class Response(Told, Plotted):
-    """Gain from an input to an output over frequency, its figures, and what a simulation gave where there was one.
+    """Gain from an input to an output over frequency, its figures, and what a simulation gave where
+    there was one.
 
     >>> from proofmass import read_graph, response
     >>> answer = response(read_graph("library:recorded_motion"), "motion.output", "mean.mean", frequencies=[1.0, 10.0])

@@ -65,7 +65,8 @@ def margins_over(
 
 
 def margins_over_age(study: Study, *, loop: str = "", at: At = AUTO) -> MarginsOver:
-    """Return the margins at each epoch of a study, of a sensor whose parameters drift as their laws say without spread.
+    """Return the margins at each epoch of a study, of a sensor whose parameters drift as their laws
+    say without spread.
 
     Raises `ModelError` for a study without drift.
 

@@ -1,4 +1,5 @@
-"""Bounds of the structured singular value of a complex matrix for independent complex perturbations of its blocks.
+"""Bounds of the structured singular value of a complex matrix for independent complex perturbations
+of its blocks.
 
     max over U of rho(U M)  <=  mu(M)  <=  min over D of sigma(D M D^-1)
 

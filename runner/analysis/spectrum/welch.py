@@ -1,4 +1,5 @@
-"""One-sided spectral density by Welch's method: the mean over segments that overlap (IEEE Trans. AU 15, 1967, 70).
+"""One-sided spectral density by Welch's method: the mean over segments that overlap (IEEE Trans. AU
+15, 1967, 70).
 
     S[k] = 2 mean |sum of w[n] (x[n] - mean of x) exp(-2 pi j k n / N)|^2 / (fs sum of w^2)
 

@@ -1,4 +1,5 @@
-"""Levels of noise sources from the residuals of a fit: what is left of an output beside what the others make there.
+"""Levels of noise sources from the residuals of a fit: what is left of an output beside what the
+others make there.
 
 The mean square of an output is a sum over sources, each in proportion to the square of its level.
 So the level of one source follows from the residuals' mean square less those of the others, by the

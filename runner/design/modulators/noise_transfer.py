@@ -1,4 +1,5 @@
-"""The noise transfer function of a sigma-delta modulator: zeros in the band, maximally flat outside, one gain there.
+"""The noise transfer function of a sigma-delta modulator: zeros in the band, maximally flat
+outside, one gain there.
 
 With q = 2 cos w0 - 2 cos w, w0 the centre of the band, the poles are those of |H|^2 = q^n / (q^n +
 X): flat far from the band. X follows from the gain at the frequency furthest from the centre. The

@@ -66,7 +66,8 @@ def none_settles(of: OpenCorners) -> bool:
 
 
 def _near_inverse(of: OpenCorners, limit: float) -> Array:
-    """Return R = [I h; 0 1] [H 0; 0 1 / s] [I 0; q 1]: with H = (I - A)^-1, h = H B, q = C H it is the inverse of M.
+    """Return R = [I h; 0 1] [H 0; 0 1 / s] [I 0; q 1]: with H = (I - A)^-1, h = H B, q = C H it is
+    the inverse of M.
 
     In place of g - G in the middle of the box s is the mean of its ends, that each lies between
     zero and two s.

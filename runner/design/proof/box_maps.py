@@ -79,7 +79,8 @@ class BoxMaps:
 
 
 def _polynomial(side: tuple[float, float], number: int, at_ends: bool) -> PolynomialBall:
-    """Return a coordinate over a side; one that is not at both ends among the corners is in their middle in double.
+    """Return a coordinate over a side; one that is not at both ends among the corners is in their
+    middle in double.
 
     It is one of a single value too: what varies is never rounded by a converter.
     """

@@ -194,7 +194,8 @@ def covariance_norm(family: Family, sizes: Array, grown: float, noise: float) ->
 
 
 def _norm_of_disk(family: Family) -> Norm | None:
-    """Return a norm for all factors of a disk or all frequencies, None where there is none for the mean of the corners.
+    """Return a norm for all factors of a disk or all frequencies, None where there is none for the
+    mean of the corners.
 
     P = A'PA + C'C + (A'PB + C'D) (I - D'D - B'PB)^-1 (B'PA + D'C) has a solution where there is
     one. Of somewhat larger disks and with e I for C'C there is room; the solution for the former
@@ -240,7 +241,8 @@ def _riccati(a: Array, b: Array, c: Array, d: Array, rest: float) -> Array:
 
 
 def in_frame(transform: Array, family: Callable[[Array], Family], parts: int) -> Norm:
-    """Return the norm of a transformation of states of so many parts, with the family in coordinates that are near it.
+    """Return the norm of a transformation of states of so many parts, with the family in
+    coordinates that are near it.
 
     Raises `UndecidedError`.
     """

@@ -1,4 +1,5 @@
-"""The descent that all searches for norms share: the largest of some sizes falls, and what is unknown beside them.
+"""The descent that all searches for norms share: the largest of some sizes falls, and what is
+unknown beside them.
 
 The largest of logarithms l_k is smooth as log(sum exp(s l_k)) / s, with a sharpness s that grows.
 """

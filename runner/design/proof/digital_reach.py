@@ -1,4 +1,5 @@
-"""Bounds of forms of a digital part in all runs: by its registers at the start, all inputs, and all that is dropped.
+"""Bounds of forms of a digital part in all runs: by its registers at the start, all inputs, and all
+that is dropped.
 
 Of a form only the registers count that it follows and that move at all. So an integrator that
 nothing reads, or that nothing drives, takes no bound from others.

@@ -34,7 +34,8 @@ class HalfPlane:
     radius, empty = math.inf, False  # as a disc
 
     def moved(self, family: Family, parts: int) -> Family:
-        """Return matrices whose poles lie in the disc of radius 1 if those of a family's rates lie in this half plane.
+        """Return matrices whose poles lie in the disc of radius 1 if those of a family's rates lie
+        in this half plane.
 
         Raises `LinAlgError`.
         """

@@ -85,7 +85,8 @@ def quantity_there(sensors: Sensors, claim: Claim, parameters: Mapping[str, floa
 
 
 def quantity_about(about: Linearisation, claim: Claim) -> tuple[float, float]:
-    """Return a quantity at an operating point, infinitely bad if it does not settle, and what rounding may make of it.
+    """Return a quantity at an operating point, infinitely bad if it does not settle, and what
+    rounding may make of it.
 
     Raises `ModelError`.
     """

@@ -1,4 +1,5 @@
-"""A look at one box: it contracts in a norm, a sensor in it breaks the claim, or its halves are looked at instead.
+"""A look at one box: it contracts in a norm, a sensor in it breaks the claim, or its halves are
+looked at instead.
 
 The poles of a claim lie in a disc, or in one of several: the norm is that of the matrices moved
 into it.

@@ -1,4 +1,5 @@
-"""Parameters that change slowly: each part of a box keeps its norm, and what counts is how often one follows another.
+"""Parameters that change slowly: each part of a box keeps its norm, and what counts is how often
+one follows another.
 
 From one period to the next a coordinate q_i moves by at most d_i; one with d_i = 0, as the factor
 at the wire, stays. The cores C_k of the parts cover the box. Each lies in a larger box B_k, all

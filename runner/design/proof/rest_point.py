@@ -290,7 +290,8 @@ class RestRun:
         return self._period * self._plan.period
 
     def value(self, plan: Plan) -> tuple[float, float]:
-        """Return the first output of a plan with other parameters at rest, and what it may be off; raises `ModelError`.
+        """Return the first output of a plan with other parameters at rest, and what it may be off;
+        raises `ModelError`.
 
         It is that of ideal converters.
         """

@@ -58,7 +58,8 @@ class RestSources:
             raise self._plan.graph.placed(self._depends_on_time(signal, changing or moving)).error
 
     def turn(self, plan: Plan, ticks: int, first: int) -> int:
-        """Return after how many periods of some ticks all come round from a tick on, for a plan with other parameters.
+        """Return after how many periods of some ticks all come round from a tick on, for a plan
+        with other parameters.
 
         1 if they are constant, 0 where it is not known.
         """

@@ -1,4 +1,5 @@
-"""A loop over a box, tick by tick: each is a matrix that is a polynomial of the parameters, a period their product.
+"""A loop over a box, tick by tick: each is a matrix that is a polynomial of the parameters, a
+period their product.
 
     x[t+1] = (A_t + B_t F C_t) x[t],   closed by a factor F in each tick in which its wire has a value
 

@@ -48,7 +48,8 @@ class OverflowRun:
 def overflow_of_inputs(
     plan: Plan, values: Mapping[DigitalInput, Sequence[float]], blocks: AbstractSet[str], ticks: int
 ) -> OverflowRun | None:
-    """Return the run with such values in the place of inputs, cut after the first overflow; None if there is none.
+    """Return the run with such values in the place of inputs, cut after the first overflow; None if
+    there is none.
 
     Overflows of `blocks` count.
     """
@@ -108,7 +109,8 @@ def worst_input(
 
 
 def _enough(h: Array, of: FollowedSystem, condition: FormBounds, reach: Reach, highest: bool) -> int:
-    """Return the periods after which a form is beyond its bounds, whatever its errors are; all if it never is for sure.
+    """Return the periods after which a form is beyond its bounds, whatever its errors are; all if
+    it never is for sure.
 
     What it has at once counts in the same way.
     """

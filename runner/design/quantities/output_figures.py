@@ -1,4 +1,5 @@
-"""Figures of outputs with their derivatives by parameters: of the linear response from another one, and rms noise.
+"""Figures of outputs with their derivatives by parameters: of the linear response from another one,
+and rms noise.
 
 Those of a response are central differences along the exact derivatives of the period map. Those of
 noise are exact, those of the budget; referred to an input, differences along the exact derivatives

@@ -93,7 +93,8 @@ class ToleranceBox:
         return self._values(whole)
 
     def slopes(self, place: Sequence[float], ways: tuple[float, float] = BOTH_WAYS) -> list[dict[str, float]]:
-        """Return the derivatives of the parameters by each coordinate, both ways or one; those by choices are zero.
+        """Return the derivatives of the parameters by each coordinate, both ways or one; those by
+        choices are zero.
 
         The two ways differ at the nominal place, where the ends of a range may be apart by
         different widths.

@@ -1,4 +1,5 @@
-"""A self-checking test bench in Verilog: it plays vectors of the simulation and compares every output in every clock.
+"""A self-checking test bench in Verilog: it plays vectors of the simulation and compares every
+output in every clock.
 
 One process drives clock and stimuli, so their order is the same in every simulator. It prints PASS,
 or the first differences and FAIL.

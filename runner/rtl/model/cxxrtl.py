@@ -1,4 +1,5 @@
-"""The Verilog as a compiled model: Yosys writes it in C++ (CXXRTL), and the C++ compiler of the machine builds it.
+"""The Verilog as a compiled model: Yosys writes it in C++ (CXXRTL), and the C++ compiler of the
+machine builds it.
 
 A model is a shared library, cached by the hash of its source in the folder of compiled loops. It
 exchanges 64-bit integers, one for each port or register: whole vectors of clocks in one call, or

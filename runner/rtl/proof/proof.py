@@ -1,4 +1,5 @@
-"""Proof that Verilog does what the Python functions of its blocks do, for all inputs and all values of the registers.
+"""Proof that Verilog does what the Python functions of its blocks do, for all inputs and all values
+of the registers.
 
 The proof compares the value of every register after the next clock, for any reset and enable, and
 every output in an enabled clock. It assumes registers within their ranges, and proves that starts
@@ -61,7 +62,8 @@ class Proof:
 
 
 def prove(reference: Reference, verilog: str, guesses: Collection[Interval] = (), seconds: float = SECONDS) -> Proof:
-    """Compare the module `reference.name` of a Verilog text with its reference; `seconds` is the limit for a goal.
+    """Compare the module `reference.name` of a Verilog text with its reference; `seconds` is the
+    limit for a goal.
 
     `guesses` are likely ranges of values. They help with hard goals, and are proved before they are used.
     Raises `ModelError` for a text that Yosys refuses, or that lacks a port or register of the

@@ -1,4 +1,5 @@
-"""One table of what runs of a study were given: ages, times between calibrations, and every parameter that varies.
+"""One table of what runs of a study were given: ages, times between calibrations, and every
+parameter that varies.
 
 Files, pictures and analyses of a study take their columns from here, with names, units and
 dimensions. No two columns of a study have one name, measures included.

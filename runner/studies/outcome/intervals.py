@@ -15,7 +15,8 @@ Bounds = tuple[float, float]
 
 
 def part_interval(good: float, runs: int) -> Bounds:
-    """Interval of a probability, of which `good` of `runs` are known (Clopper and Pearson, Biometrika 26 (1934) 404).
+    """Interval of a probability, of which `good` of `runs` are known (Clopper and Pearson,
+    Biometrika 26 (1934) 404).
 
     At its ends so many good ones, or so few, have a probability of 2.5 %: it holds 95 % at least,
     whatever the truth.

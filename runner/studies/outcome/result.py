@@ -170,7 +170,8 @@ class StudyResult(Plotted):
         return html_table(heads, rows, repr(self)[1:-1], below)
 
     def to_xarray(self) -> "xarray.Dataset":
-        """Return a Dataset over run and epoch: a variable for each measure, the parameters of the runs as coordinates.
+        """Return a Dataset over run and epoch: a variable for each measure, the parameters of the
+        runs as coordinates.
 
         A parameter that drifts, or follows from one that does, has a value for each run and epoch,
         any other one for each run.
@@ -207,7 +208,8 @@ class StudyResult(Plotted):
 
 
 def as_shown(result: StudyResult) -> StudyResult:
-    """Return a study in units for people: what its measures ask for, such as deg/h, or with a prefix that suits them.
+    """Return a study in units for people: what its measures ask for, such as deg/h, or with a
+    prefix that suits them.
 
     The digest of what it returns is not that of the study.
     """

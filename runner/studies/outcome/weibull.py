@@ -1,4 +1,5 @@
-"""Weibull's law of lifetimes, S(t) = exp(-(t / scale)^shape), fitted to sensors that are looked at only now and then.
+"""Weibull's law of lifetimes, S(t) = exp(-(t / scale)^shape), fitted to sensors that are looked at
+only now and then.
 
 Of a sensor that leaves its tolerance between two looks only the interval is known: the likelihood
 is that of interval-censored data, sum d_i log(S(t_i-1) - S(t_i)) + c log S(t_end) (Meeker and

@@ -1,4 +1,5 @@
-"""Influences of parameters on a measure: regression over the sensors of any study, Sobol indices of Saltelli's design.
+"""Influences of parameters on a measure: regression over the sensors of any study, Sobol indices of
+Saltelli's design.
 
 Regression: y = b0 + sum b_i x_i by least squares; the standardised coefficient b_i s_i / s_y is the
 part of the scatter due to one parameter, and on ranks this holds for any monotonic dependence
