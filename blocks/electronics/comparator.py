@@ -9,7 +9,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class Comparator(Block):
-    """One-bit quantiser, zero crossing detector, Schmitt trigger at ticks. Relay: between ticks."""
+    """One-bit quantiser, zero crossing detector, Schmitt trigger at ticks. A Relay switches between ticks."""
 
     threshold: float = param("{unit}", "Input about which it switches.", default=0.0)
     hysteresis: float = param(

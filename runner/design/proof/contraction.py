@@ -177,7 +177,8 @@ def covariance_norm(family: Family, sizes: Array, grown: float, noise: float) ->
     The mean of the corners counts as `grown`; states are scaled by what makes the rows and columns
     of `sizes` alike. Raises `LinAlgError` or `ValueError` where there is none.
     """
-    _, (scale, _) = scipy.linalg.matrix_balance(sizes, permute=False, separate=True)
+    with np.errstate(invalid="ignore"):  # SciPy makes integers of the scales too, which may be too large
+        _, (scale, _) = scipy.linalg.matrix_balance(sizes, permute=False, separate=True)
     a, directions = (m * scale / scale[:, None] for m in (family.centre, family.moves()))
     w = np.eye(len(a))
     for _ in range(_ROUNDS):

@@ -50,6 +50,7 @@ _LONG = 1 << 16  # ticks of a run that does not settle
 _NEWTON, _WIDENED, _NEAR = 12, 16, 1e-13  # steps at most, and part of a number that ends Newton's
 _CLOSE, _LEAST = 1e-15, 1e-70  # reaches at least: part of a number, and beside zero
 _FARTHEST = 1e30  # beyond which no reach is tried
+_NOWHERE = "no point of rest is enclosed: something on the way does not settle, or bends too much"
 _ROOM, _SPARE = 1.3, 1.15  # how much further than needed a reach is, at least
 _MOST_NUMBERS = 256  # at the starts of all periods of an orbit: matrices are as large
 
@@ -274,11 +275,12 @@ class RestRun:
             if _fits(point):
                 return point
             for _ in range(_WIDENED):  # with these slopes
-                if not _fits(point):
-                    point = _wider(point)
-            if not bool((point.reach <= _FARTHEST).all()):
-                break
-        raise UndecidedError("no point of rest is enclosed: something on the way does not settle, or bends too much")
+                if not bool((point.reach <= _FARTHEST).all()):
+                    raise UndecidedError(_NOWHERE)
+                if _fits(point):
+                    break
+                point = _wider(point)
+        raise UndecidedError(_NOWHERE)
 
     def _matrix(self, image: Sequence[Any]) -> list[list[Any]]:
         keys = self.directions
