@@ -22,6 +22,7 @@ from functools import cached_property
 import numpy as np
 import scipy.linalg
 
+from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.derivatives.ball import UndecidedError
 from proofmass.runner.design.proof.closed_loop import Disc, Family
 from proofmass.runner.design.proof.descent import descended, largest, unknown
@@ -177,8 +178,7 @@ def covariance_norm(family: Family, sizes: Array, grown: float, noise: float) ->
     The mean of the corners counts as `grown`; states are scaled by what makes the rows and columns
     of `sizes` alike. Raises `LinAlgError` or `ValueError` where there is none.
     """
-    with np.errstate(invalid="ignore"):  # SciPy makes integers of the scales too, which may be too large
-        _, (scale, _) = scipy.linalg.matrix_balance(sizes, permute=False, separate=True)
+    _, scale = balanced(sizes)
     a, directions = (m * scale / scale[:, None] for m in (family.centre, family.moves()))
     w = np.eye(len(a))
     for _ in range(_ROUNDS):
@@ -205,7 +205,7 @@ def _norm_of_disk(family: Family) -> Norm | None:
     n, still = len(family.centre) - family.still, np.eye(family.still)
     if not n:
         return Norm(still, family)
-    _, (scale, _) = scipy.linalg.matrix_balance(family.centre, permute=False, separate=True)
+    _, scale = balanced(family.centre)
     scale = scale[:n] / scale[n:].mean()
     a, b, c, d = quarters(family.centre, n)
     if np.max(np.abs(np.linalg.eigvals(a)), initial=0.0) >= 1.0:

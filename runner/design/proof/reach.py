@@ -16,8 +16,8 @@ from fractions import Fraction
 from functools import cached_property
 
 import numpy as np
-import scipy.linalg
 
+from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.design.proof.enclosed import UNIT, UP
 from proofmass.runner.host.arrays import Array
 
@@ -37,12 +37,8 @@ class Powers:
     def __init__(self, a: ExactRows) -> None:
         self.order = len(a)
         middle = np.array([[float(value) for value in row] for row in a]).reshape(self.order, self.order)
-        if self.order:
-            _, (scale, _) = scipy.linalg.matrix_balance(middle, permute=False, separate=True)
-        else:
-            scale = np.ones(0)
+        self._a, scale = balanced(middle)  # by powers of two: exact
         self.scale = [Fraction(float(size)) for size in scale]
-        self._a = middle * scale / scale[:, None]  # powers of two: exact
         self.radius = float(max(abs(np.linalg.eigvals(self._a)), default=0.0))
 
     def chunks(self) -> Iterator[Array]:
