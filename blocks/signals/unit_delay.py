@@ -6,7 +6,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class UnitDelay(Block):
-    """Delay of one tick: a register, a controller's computing time; it breaks a loop."""
+    """Delay of one tick: a register, computing time; it breaks a loop without delay."""
 
     initial: float = param("{unit}", "Output in tick 0.", default=0.0)
     unit: str = param("", "Unit of input and output.", default="1")
