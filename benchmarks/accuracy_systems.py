@@ -1,7 +1,6 @@
 """Systems of the table of accuracies: nonlinear, stiff and switching ones, each with a graph and a reference.
 
-Their equations of motion are written here and not in blocks. SciPy's DOP853 or Radau integrates them from event to
-event to 1e-12.
+Their equations of motion are written here and not in blocks (`accuracy_references` integrates them).
 """
 
 import math
@@ -9,8 +8,8 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
+from benchmarks.accuracy_references import Rates, by_pieces, by_scipy
 from proofmass.blocks import (
     Constant,
     Difference,
@@ -38,9 +37,6 @@ from proofmass.blocks import (
 from proofmass.blocks.declaration.declare import Block, param
 from proofmass.graphs.model.build import Graph
 
-REFERENCE, PIECES = 1e-13, 2.5e-14  # tolerances
-Rates = Callable[[float, Any], list[float]]
-
 
 class System(NamedTuple):
     """A graph, the signal to look at, and its values at given times by other means."""
@@ -49,77 +45,6 @@ class System(NamedTuple):
     graph: Graph
     signal: str
     expected: Callable[[Any], Any]
-
-
-def by_scipy(rates: Rates, start: Sequence[float], sizes: Sequence[float], row: int, stiff: bool = False) -> Any:
-    """Return the row of the states at given times, which are integrated in parts of their sizes."""
-    size = np.asarray(sizes, dtype=float)
-
-    def scaled(t: float, y: Any) -> Any:
-        return np.asarray(rates(t, y * size)) / size
-
-    def values(times: Any) -> Any:
-        method = "Radau" if stiff else "DOP853"
-        span, tolerance = (0.0, float(times[-1])), 1e-12 if stiff else REFERENCE
-        found = solve_ivp(scaled, span, np.asarray(start) / size, method, times, rtol=tolerance, atol=tolerance)
-        return found.y[row] * size[row]
-
-    return values
-
-
-def by_pieces(
-    rates: Callable[[int], Rates],
-    start: Sequence[float],
-    sizes: Sequence[float],
-    ends: Callable[[int], Any],
-    then: Callable[[int, Any], tuple[int, Any]],
-    first: int,
-) -> Any:
-    """Return the states at given times, where a mode changes at events: its rates, end and successor are given."""
-    size = np.asarray(sizes, dtype=float)
-
-    def values(times: Any) -> Any:
-        mode, t, y = first, 0.0, np.asarray(start, dtype=float) / size
-        found = np.zeros((len(times), len(size)))
-        while t < times[-1]:
-            event = ends(mode)
-            if event(t, y * size) < -1e-6:
-                mode, after = then(mode, y * size)
-                y = np.asarray(after) / size
-                continue
-
-            def scaled(at: float, v: Any, mode: int = mode) -> Any:
-                return np.asarray(rates(mode)(at, v * size)) / size
-
-            def end(at: float, v: Any, event: Any = event) -> float:
-                return float(event(at, v * size))
-
-            end.terminal, end.direction = True, -1.0  # type: ignore[attr-defined]
-            span, longest = (t, float(times[-1])), float(times[-1]) / 2000.0
-            piece = solve_ivp(
-                scaled,
-                span,
-                y,
-                "DOP853",
-                rtol=PIECES,
-                atol=PIECES,
-                max_step=longest,
-                events=end,
-                dense_output=True,
-            )
-            inside = (times >= t) & (times <= piece.t[-1])
-            if inside.any():
-                found[inside] = piece.sol(times[inside]).T * size
-            t, y = float(piece.t[-1]), piece.y[:, -1]
-            if piece.status == 1:
-                mode, after = then(mode, y * size)
-                y = np.asarray(after) / size
-        return found
-
-    return values
-
-
-# -- systems -----------------------------------------------------------------------------------------------------------
 
 
 def graph(blocks: dict[str, Any], wires: Sequence[str], signal: str, rate: Any, seconds: Any, **more: Any) -> Graph:
@@ -571,6 +496,3 @@ LOCKED = [
     (1000.0, 990.0, 30.0, 50.0, 10e3),
     (500.0, 505.0, 10.0, 20.0, 5e3),
 ]
-
-
-# -- measured ----------------------------------------------------------------------------------------------------------

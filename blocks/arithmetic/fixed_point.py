@@ -1,7 +1,7 @@
 """Fixed-point numbers: an integer mantissa with a number of fraction bits; value = mantissa / 2**fraction.
 
-`+ - *`, negation, shifts and comparisons are exact: the result has as many bits as it needs. Bits are lost in one
-place only, where the author writes `value.to(format, rounding, overflow)`:
+`+ - *`, negation, shifts and comparisons are exact: the result has as many bits as it needs. Bits
+are lost in one place only, where the author writes `value.to(format, rounding, overflow)`:
 
     total = (x.total + c.gain * error).to(TOTAL, "half_up", "saturate")
 

@@ -1,7 +1,7 @@
 """Chip counter: chip = n mod chips, window = first <= chip <= last, end = chip = chips - 1.
 
-The shift register that starts with all its L cells ones gives L ones first: within that window the force on the
-device is constant (Sarraf et al. 2012, section 2.1, steps ii and iv).
+The shift register that starts with all its L cells ones gives L ones first: within that window the
+force on the device is constant (Sarraf et al. 2012, section 2.1, steps ii and iv).
 """
 
 from collections.abc import Iterator

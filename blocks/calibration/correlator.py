@@ -1,7 +1,7 @@
 """Correlation cells: sums[k] += +y or -y as the chip k samples ago was a one or a zero, over a period of chips.
 
-For a maximal-length sequence of N chips and a response h in its steady state, sums[k] = (N+1) h[k] - sum of h
-(Sarraf et al. 2012, section 2.1, Fig. 2d, eq. 2 and 3).
+For a maximal-length sequence of N chips and a response h in its steady state, sums[k] = (N+1)
+h[k] - sum of h (Sarraf et al. 2012, section 2.1, Fig. 2d, eq. 2 and 3).
 """
 
 from typing import NamedTuple

@@ -1,10 +1,10 @@
 """Gauss-Newton controller: (ln k, ln c) += (J'J)^-1 J' (h - h_R), once per period, J = (dh_R/d ln k, dh_R/d ln c).
 
-Stiffness and damping of a reference model move together to where its impulse response fits that of the device best,
-in the lags first to last. The columns of J are impulse responses too: the derivatives s of the
-displacement x by ln k and ln c obey the sensitivity equations m s'' + c s' + k s = -k x and = -c x'
-of two more such models in the graph. Beyond Sarraf et al. 2012, whose two scalar controllers use
-one number each.
+Stiffness and damping of a reference model move together to where its impulse response fits that of
+the device best, in the lags first to last. The columns of J are impulse responses too: the
+derivatives s of the displacement x by ln k and ln c obey the sensitivity equations m s'' + c s' + k
+s = -k x and = -c x' of two more such models in the graph. Beyond Sarraf et al. 2012, whose two
+scalar controllers use one number each.
 """
 
 from collections.abc import Iterator

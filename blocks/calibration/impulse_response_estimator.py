@@ -1,9 +1,9 @@
 """Impulse response by correlation: h[k] = (sum of b[n-k] y[n] - R) / (N + 1) over a period of N chips b = +1 or -1.
 
-A maximal-length sequence has the autocorrelation N at 0 and -1 elsewhere: in the steady state the sums are
-(N + 1) h[k] - sum of h (Sarraf et al. 2012, section 2.1, Fig. 2d, eq. 2 and 3). That constant, and
-what an offset of y adds to every sum, is R: the mean sum of the last `tail` cells, where the
-response has died out, or 0 without a tail.
+A maximal-length sequence has the autocorrelation N at 0 and -1 elsewhere: in the steady state the
+sums are (N + 1) h[k] - sum of h (Sarraf et al. 2012, section 2.1, Fig. 2d, eq. 2 and 3). That
+constant, and what an offset of y adds to every sum, is R: the mean sum of the last `tail` cells,
+where the response has died out, or 0 without a tail.
 """
 
 from collections.abc import Iterator

@@ -1,8 +1,8 @@
 """Stiffness controller: k += gain * sum of (y_R - y) over the chips of a window, once per period.
 
-While the first chips hold the force constant a device that is stiffer than its reference model answers less
-(Sarraf et al. 2012, section 2.1, steps ii and iii, Fig. 2c). The sum of error and a priori value is
-the output.
+While the first chips hold the force constant a device that is stiffer than its reference model
+answers less (Sarraf et al. 2012, section 2.1, steps ii and iii, Fig. 2c). The sum of error and a
+priori value is the output.
 """
 
 from typing import NamedTuple

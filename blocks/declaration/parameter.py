@@ -52,8 +52,8 @@ class Parameter:
     def read(self, value: object, unit: str) -> Any:
         """The value as the type of the parameter, strings converted to its unit.
 
-        An array of NumPy counts as its numbers. Raises `Refusal` when the value is of the wrong type, not finite or
-        out of bounds.
+        An array of NumPy counts as its numbers. Raises `Refusal` when the value is of the wrong
+        type, not finite or out of bounds.
         """
         as_list = getattr(value, "tolist", None)
         value = as_list() if callable(as_list) else value

@@ -98,8 +98,8 @@ class Registration(Facts):
         corner the outputs are, or `passed(c, time) -> int`, how many corners there were so far:
         none is missed, however many a step has.
 
-        Within a group of continuous blocks steps end at the instant at which the sign changes: no method of
-        integration is as accurate as it says across a corner or a jump.
+        Within a group of continuous blocks steps end at the instant at which the sign changes: no
+        method of integration is as accurate as it says across a corner or a jump.
         """
         cls.corners[function.__name__] = _bound(cls, function, {*cls.inputs, "time"})
         return function
@@ -122,9 +122,9 @@ class Registration(Facts):
     ) -> Callable[[_Function], _Function]:
         """Register the output port the function computes; its name, dtype and doc are the port's.
 
-        With a `shape` the function writes into `out` and `dtype` is given here. `every` makes the port tick once
-        in so many ticks of its block. A function that returns NaN where physics ends has the run end there;
-        `no_value` then says what has happened, and what to do.
+        With a `shape` the function writes into `out` and `dtype` is given here. `every` makes the
+        port tick once in so many ticks of its block. A function that returns NaN where physics ends
+        has the run end there; `no_value` then says what has happened, and what to do.
         """
 
         def register(function: _Function) -> _Function:

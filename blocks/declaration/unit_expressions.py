@@ -1,8 +1,8 @@
 """The reader of unit expressions: seven exponents of the SI base units and an exact factor.
 
-Syntax: names with an optional SI prefix, `*` or a space for product, `/`, `^` with an integer or a fraction,
-`sqrt( )` and parentheses, as in `kg*m^2`, `N m s/rad`, `nV/sqrt(Hz)`. Angles are dimensionless, as
-in the SI.
+Syntax: names with an optional SI prefix, `*` or a space for product, `/`, `^` with an integer or a
+fraction, `sqrt( )` and parentheses, as in `kg*m^2`, `N m s/rad`, `nV/sqrt(Hz)`. Angles are
+dimensionless, as in the SI.
 """
 
 import math

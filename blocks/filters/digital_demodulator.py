@@ -1,7 +1,8 @@
 """Digital demodulator: y = 2 / ns sum over a carrier period of s[k] sin(2 pi k / ns + phase), ns samples a period.
 
-Of a carrier A sin(2 pi k / ns + a) it gives A cos(a - phase); white noise of the samples comes through with
-sqrt(2 / ns) of its standard deviation (digital quartz accelerometer, section II.B, k_demo = 1).
+Of a carrier A sin(2 pi k / ns + a) it gives A cos(a - phase); white noise of the samples comes
+through with sqrt(2 / ns) of its standard deviation (digital quartz accelerometer, section II.B,
+k_demo = 1).
 """
 
 import math

@@ -2,9 +2,8 @@
 
 With d = b0 / a0 and coefficients divided by a0: x_i' = x_(i+1) - a_i x_1 + (b_i - d a_i) u, y =
 x_1 + d u. Time is counted in 1/rate, where rate is a power of two about the fastest pole, so that
-the scaling rounds nothing.
-Higher orders are blocks in series; the runner integrates blocks that are wired to each other
-together, exactly.
+the scaling rounds nothing. Higher orders are blocks in series; the runner integrates blocks that
+are wired to each other together, exactly.
 """
 
 import math

@@ -1,10 +1,10 @@
 """Magnetoresistive angle bridge: voltage = supply ((g1 - g2) / (g1 + g2) + imbalance), g = 1 + ratio cos.
 
-The free layers point along the field, at the angle d from the references. A reference layer points along the sum of
-the field that holds it, Br, and of B: in arms 1 and 2, held in opposite directions, cos is (e + cos
-d) / sqrt(1 + 2 e cos d + e^2) and (e - cos d) / sqrt(1 - 2 e cos d + e^2), e = B / Br. Conductances
-after Slonczewski, Phys. Rev. B 39, 1989. To first order in e the voltage is supply ratio (cos d -
-ratio e cos d sin^2 d): a third harmonic ratio e / 4.
+The free layers point along the field, at the angle d from the references. A reference layer points
+along the sum of the field that holds it, Br, and of B: in arms 1 and 2, held in opposite
+directions, cos is (e + cos d) / sqrt(1 + 2 e cos d + e^2) and (e - cos d) / sqrt(1 - 2 e cos d +
+e^2), e = B / Br. Conductances after Slonczewski, Phys. Rev. B 39, 1989. To first order in e the
+voltage is supply ratio (cos d - ratio e cos d sin^2 d): a third harmonic ratio e / 4.
 """
 
 import math

@@ -1,7 +1,8 @@
 """Comb drive of varying area: F = 1/2 C' ((Vdc + v)^2 - (Vdc - v)^2) = 2 C' Vdc v (Sarraf et al. 2012, section 3.3).
 
-One-sided: F = 1/2 C' (Vdc + v)^2. Linearised about v = 0 it is 1/2 C' Vdc (Vdc + 2 v). The push-pull pair is linear
-as it stands; its linearised form spares the difference of two nearly equal squares.
+One-sided: F = 1/2 C' (Vdc + v)^2. Linearised about v = 0 it is 1/2 C' Vdc (Vdc + 2 v). The
+push-pull pair is linear as it stands; its linearised form spares the difference of two nearly equal
+squares.
 
 C' = 2 N eps0 h / g of N pairs of fingers of height h, a gap g on both sides of each, no fringe. The
 default is that of 100 pairs, 25 um and 3 um, with eps0 = 8.8541878128e-12 F/m (CODATA 2018).

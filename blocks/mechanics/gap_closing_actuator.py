@@ -2,9 +2,9 @@
 
 One-sided: F = C0 d V^2 / (2 (d - x)^2), V = Vdc + v. Push-pull: the other plate pulls back with
 Vdc - v and x -> -x. About x = 0 the pair has the gain 2 C0 Vdc / d and a spring that softens the
-suspension by 2 C0 (Vdc^2 + v^2) / d^2;
-one plate on a spring k is pulled in at V = sqrt(8 k d^2 / (27 C0)), where x = d/3. There is no
-force from the contact on, at x = d or, of a pair, x = -d: a run ends there.
+suspension by 2 C0 (Vdc^2 + v^2) / d^2; one plate on a spring k is pulled in at V = sqrt(8 k d^2 /
+(27 C0)), where x = d/3. There is no force from the contact on, at x = d or, of a pair, x = -d: a
+run ends there.
 """
 
 import math

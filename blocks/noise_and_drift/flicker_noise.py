@@ -3,9 +3,8 @@
 White noise passes filters of first order (Keshner, Proc. IEEE 70, 212, 1982), poles two octaves
 apart, zeros between: 1/f^2 above the band; in it at most 0.04 dB off up to a tenth of the rate,
 0.16 dB up to half of it. Below it 1/f goes on for some two octaves, to 7.5 to 10.6 dB above
-level^2 / lowest_frequency, flat below lowest_frequency / 32. Each is
-y = g u + (1 - g) w, w += a (u - w), a = 1 - exp(-2 pi pole T), g = a / b, b = a (2 - a) for its
-zero. It starts at 0.
+level^2 / lowest_frequency, flat below lowest_frequency / 32. Each is y = g u + (1 - g) w, w += a
+(u - w), a = 1 - exp(-2 pi pole T), g = a / b, b = a (2 - a) for its zero. It starts at 0.
 """
 
 import math

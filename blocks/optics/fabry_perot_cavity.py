@@ -1,11 +1,11 @@
 """Fabry-Perot cavity under phase-modulated light: F(f) = (r2 e^(j p) - r1) / (1 - r1 r2 e^(j p)), p = 4 pi L f / c.
 
-The field is e^(j depth sin(W t)), W = 2 pi modulation_frequency: a carrier of Pc = J0(depth)^2 P, two sidebands of
-Ps = J1(depth)^2 P each. Of what comes back, `reflected` is the mean over a period of the
-modulation, and `error` the peak in phase with sin(W t): 2 sqrt(Pc Ps) Im(F(f) F*(f + fm) - F*(f)
-F(f - fm)) (Black, Am. J. Phys. 69, 79, 2001, eq. 3.3). At resonance it falls by 8 sqrt(Pc Ps) per
-full width at half maximum, if r1 = r2 and fm is far above that. Quasi-static: f must change slowly
-against the width, and a loop be slow against fm.
+The field is e^(j depth sin(W t)), W = 2 pi modulation_frequency: a carrier of Pc = J0(depth)^2 P,
+two sidebands of Ps = J1(depth)^2 P each. Of what comes back, `reflected` is the mean over a period
+of the modulation, and `error` the peak in phase with sin(W t): 2 sqrt(Pc Ps) Im(F(f) F*(f + fm) -
+F*(f) F(f - fm)) (Black, Am. J. Phys. 69, 79, 2001, eq. 3.3). At resonance it falls by 8 sqrt(Pc Ps)
+per full width at half maximum, if r1 = r2 and fm is far above that. Quasi-static: f must change
+slowly against the width, and a loop be slow against fm.
 """
 
 import math

@@ -2,9 +2,8 @@
 
 Clocked by the ticks of the block, T: a reciprocal count is right to T / gate, a gated one to 1 /
 gate in Hz (Kalisz, Review of methods for time interval measurements with picosecond resolution,
-Metrologia 41, 2004). The first rise
-may be that of a start, not the end of a period: reciprocal counts begin at the second, the first
-gate after the first.
+Metrologia 41, 2004). The first rise may be that of a start, not the end of a period: reciprocal
+counts begin at the second, the first gate after the first.
 """
 
 import math

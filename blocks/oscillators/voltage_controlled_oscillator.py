@@ -2,8 +2,8 @@
 
 A NumericallyControlledOscillator does the same at ticks. The whole turns are counted apart in each
 tick, so that a step rounds by at most 2^-53 of the turns in a tick, or of one: after k steps sine
-and cosine are off by 2 pi k 2^-53 rad
-at most, however many turns there were, and by what the integration of a control that moves is off.
+and cosine are off by 2 pi k 2^-53 rad at most, however many turns there were, and by what the
+integration of a control that moves is off.
 """
 
 import math

@@ -5,9 +5,9 @@ the left is turned by half a turn first. Angles in the register are turns, so ha
 highest bit, exactly, and a whole one its overflow. No multiplier: what FixedCordicVectoring has in
 radians and with a magnitude. The angle of (0, 0) is 0.
 
-With v the length in steps the angle is off by at most 1/2 + (2^(b - n + 1) + 2 n 2^(b - g) / v) / (2 pi) steps of
-2^-b, b being `turn_bits` and g `guard_bits`. The vector has registers of width + g + 2 bits, the
-angle b + g + 1.
+With v the length in steps the angle is off by at most 1/2 + (2^(b - n + 1) + 2 n 2^(b - g) / v) /
+(2 pi) steps of 2^-b, b being `turn_bits` and g `guard_bits`. The vector has registers of width +
+g + 2 bits, the angle b + g + 1.
 """
 
 import math

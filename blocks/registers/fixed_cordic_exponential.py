@@ -1,10 +1,10 @@
 """CORDIC exponential: exponential = exp(angle), 0 <= angle < 1, by hyperbolic rotations (Liu, Li, Shen, eqs. 4 and 5).
 
-X = 1/K, Z = angle; for i = 1 to n, 4, 13 and 40 twice: X += d (X >> i), Z -= d atanh 2^-i, d = 1 for Z >= 0, else -1.
-X and Y of the rotation are equal from the start, so that one register holds both. Registers have M
-fraction bits and the guard bits, which are dropped at the end: by default 0.0138 % off at most, up
-to ln 2. Monotonic with at least 2 guard bits and n >= M + guard bits; without, neighbours may fall
-by a few steps.
+X = 1/K, Z = angle; for i = 1 to n, 4, 13 and 40 twice: X += d (X >> i), Z -= d atanh 2^-i, d = 1
+for Z >= 0, else -1. X and Y of the rotation are equal from the start, so that one register holds
+both. Registers have M fraction bits and the guard bits, which are dropped at the end: by default
+0.0138 % off at most, up to ln 2. Monotonic with at least 2 guard bits and n >= M + guard bits;
+without, neighbours may fall by a few steps.
 """
 
 import math

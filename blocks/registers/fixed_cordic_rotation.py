@@ -1,13 +1,12 @@
 """CORDIC sine and cosine: cosine + i sine = exp(i angle), -4 <= angle < 4, by circular rotations (Walther 1971).
 
-The vector begins at (1/K, 0) and is turned by +-atan 2^-i, i = 0 to n - 1, until nothing is left of the angle; beyond
-a right angle by half a turn first, which is a change of sign. The registers have M fraction bits
-and g guard bits.
+The vector begins at (1/K, 0) and is turned by +-atan 2^-i, i = 0 to n - 1, until nothing is left of
+the angle; beyond a right angle by half a turn first, which is a change of sign. The registers have
+M fraction bits and g guard bits.
 
 Sine and cosine are off by at most 1/2 + 2^(M - n + 1) + 2 n 2^-g steps: half a step is rounding,
 then come what is left of the angle and the bits that the rotations drop. With n = M + 4 or more and
-8 guard bits, as by default, it is at
-most one step.
+8 guard bits, as by default, it is at most one step.
 """
 
 import math

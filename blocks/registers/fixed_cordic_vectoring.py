@@ -2,8 +2,8 @@
 
 The vector is turned by +-atan 2^-i, i = 0 to n - 1, until its imaginary part is gone: the real part
 has grown to K times the magnitude, which a product with 1/K takes off, and the sum of the turns is
-the phase. A vector to the left
-is turned by half a turn first. The phase of (0, 0) is 0, as that of atan2.
+the phase. A vector to the left is turned by half a turn first. The phase of (0, 0) is 0, as that of
+atan2.
 
 The phase of a vector of v steps is off by at most 1/2 + 2^(phase_bits - n + 1) + 2 n
 2^(phase_bits - guard_bits) / v steps: half a step is rounding, then come the last turn and the bits

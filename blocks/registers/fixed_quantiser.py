@@ -1,8 +1,9 @@
 """Quantiser into fixed point: output = round(input 2^f) 2^-f in a format of w bits, f of them after the binary point.
 
-It is where a signal enters the digital part of a graph. Rounding and overflow are those of `FixedValue.to`, computed
-in floating point, exactly: the scale is a power of two, and the fraction that decides is the rest
-of a subtraction without error. Beyond 2^62 steps the input is clipped first.
+It is where a signal enters the digital part of a graph. Rounding and overflow are those of
+`FixedValue.to`, computed in floating point, exactly: the scale is a power of two, and the fraction
+that decides is the rest of a subtraction without error. Beyond 2^62 steps the input is clipped
+first.
 """
 
 import math

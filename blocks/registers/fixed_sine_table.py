@@ -1,9 +1,9 @@
 """Sine and cosine from a table: sin(2 pi (u + 1/2) / 2^P) for the phase word u = 2^P phase, to the nearest step.
 
-A table of a quarter wave, 2^(P-2) words. Of a longer phase the bits that are cut off make spurs; the worst is
-2^-P x / sin x below the carrier, x = pi G / 2^B, for B bits cut off and G the greatest common
-divisor of 2^B and the step of the phase (Nicholas and Samueli, Proc. 41st Annual Frequency Control
-Symposium, 1987).
+A table of a quarter wave, 2^(P-2) words. Of a longer phase the bits that are cut off make spurs;
+the worst is 2^-P x / sin x below the carrier, x = pi G / 2^B, for B bits cut off and G the greatest
+common divisor of 2^B and the step of the phase (Nicholas and Samueli, Proc. 41st Annual Frequency
+Control Symposium, 1987).
 """
 
 from typing import NamedTuple

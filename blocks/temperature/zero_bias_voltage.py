@@ -1,9 +1,9 @@
 """Zero bias: voltage = a1 exp(b1 V) + a2 exp(b2 V) + offset + hysteresis (play - V) / width (Liu, Li, Shen, eq. 1).
 
-V is the voltage of the temperature sensor, and the play follows it (play operator): in each tick it is the play
-before, held between V - width and V + width. So warming and cooling differ by twice the hysteresis,
-which no function of the temperature takes off. The hysteresis is assumed; the paper shows what
-remains, not its form.
+V is the voltage of the temperature sensor, and the play follows it (play operator): in each tick it
+is the play before, held between V - width and V + width. So warming and cooling differ by twice the
+hysteresis, which no function of the temperature takes off. The hysteresis is assumed; the paper
+shows what remains, not its form.
 """
 
 from typing import NamedTuple

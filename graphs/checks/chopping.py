@@ -1,8 +1,9 @@
 """Choppers whose demodulator reads what was sampled before the switch: notes.
 
-A demodulator takes the sign of its modulator off what it reads in the same tick. Where the signal passes a state on
-its way, as the pole of an amplifier, the first tick after a switch still has what the last sign made of it. So one
-tick of each half period counts with the wrong sign, and the gain is at most 1 - 2 / half_period.
+A demodulator takes the sign of its modulator off what it reads in the same tick. Where the signal
+passes a state on its way, as the pole of an amplifier, the first tick after a switch still has what
+the last sign made of it. So one tick of each half period counts with the wrong sign, and the gain
+is at most 1 - 2 / half_period.
 """
 
 from collections.abc import Iterator

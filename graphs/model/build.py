@@ -50,9 +50,8 @@ class Graph(Value):
 
     A block may be a graph: `blocks={"x_axis": Graph(...)}`. Outside it has the ports and parameters
     of its `exports`, `{"code": "adc.code"}`; everything inside can be named by its path,
-    `x_axis.adc.code`. A rate given to it is that
-    of its blocks without a rate of their own. Its probes, measures, duration, samples, seed and
-    integration count only where it runs alone.
+    `x_axis.adc.code`. A rate given to it is that of its blocks without a rate of their own. Its
+    probes, measures, duration, samples, seed and integration count only where it runs alone.
 
     `wires` are texts like `"adc.code -> correlator.code"`; the target may be a parameter, which the
     wire then drives. `rates` gives blocks a rate of their own; all others run at `rate`. `offsets`

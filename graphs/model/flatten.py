@@ -100,8 +100,8 @@ class FlatGraph:
 def flatten(graph: Graph) -> FlatGraph:
     """Return the graph without subgraphs: blocks inside are named by their paths, and wires end at them.
 
-    Names of missing blocks or ports stay as written; `check` reports them. Exports are those of the graph itself;
-    loops inside are named by their paths.
+    Names of missing blocks or ports stay as written; `check` reports them. Exports are those of the
+    graph itself; loops inside are named by their paths.
     """
     blocks: dict[str, Block] = {}
     rates: dict[str, Fraction] = {}

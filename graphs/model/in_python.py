@@ -10,6 +10,7 @@ from proofmass.blocks.declaration.problem import Problem, shown
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.targets import DURATION, RATE
 
+_OF_OTHERS = ("read_graph", "spectrum", "tones", "allan", "run_study")  # functions of something else than a graph
 _CHANGES = ("set", "set_parameter", "set_parameters", "with_parameter", "update", "replace")
 CAPITALS = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")  # where ReadOut becomes read_out
 
@@ -49,4 +50,6 @@ def asked(name: str) -> str:
     if drawn_by(name):
         return f"{missing}; {drawn_by(name)}"
     function = function_of(name)
-    return f"{missing}; {function} is a function: proofmass.{function}(graph)" if function else missing
+    if not function or function in _OF_OTHERS:
+        return missing
+    return f"{missing}; {function} is a function: proofmass.{function}(graph)"

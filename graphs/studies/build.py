@@ -30,9 +30,9 @@ class Study(Value):
 
     Raises `ModelError` with every problem.
 
-    `graph` has measures. `runs` is the number of sensors, `seed` that of all draws, `epochs` are the ages.
-    `spread`, `correlation`, `sweep`, `drift`, `missions`, `recalibration`, `margins`, `changes`,
-    `limits` and `stop` are as in a file. `place` is the file that a study comes from.
+    `graph` has measures. `runs` is the number of sensors, `seed` that of all draws, `epochs` are
+    the ages. `spread`, `correlation`, `sweep`, `drift`, `missions`, `recalibration`, `margins`,
+    `changes`, `limits` and `stop` are as in a file. `place` is the file that a study comes from.
 
     >>> from proofmass import Study, read_graph, run_study
     >>> graph = read_graph("library:scale_factor_drift")

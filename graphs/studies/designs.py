@@ -3,9 +3,9 @@
 `random`: independent deviates. `latin_hypercube`: of n sensors each has a stratum of width 1/n of
 its own in every parameter (McKay, Beckman and Conover, Technometrics 21 (1979)). `sobol`: points of
 Sobol's sequence with the direction numbers of Joe and Kuo (2008), shifted in each parameter by a
-random word, bit by bit. `saltelli`: points A and B of
-a Sobol sequence of twice the parameters, and A with one parameter after the other from B, for Sobol
-indices (Saltelli et al., Computer Physics Communications 181 (2010)).
+random word, bit by bit. `saltelli`: points A and B of a Sobol sequence of twice the parameters, and
+A with one parameter after the other from B, for Sobol indices (Saltelli et al., Computer Physics
+Communications 181 (2010)).
 
 A deviate is a pure function of (seed, sensor, name); in the second design also of the number of
 sensors, in the last two of the names of all spread parameters.

@@ -34,8 +34,7 @@ class Study(Placed):
 
     Run k is sensor k // n at point k % n of the sweep's n: every point is tried with the same
     sensors. Each run is repeated at each epoch, an age at which its drifting parameters have moved
-    on, with what calibrations before it
-    have left. Parameters are named as in the flat graph.
+    on, with what calibrations before it have left. Parameters are named as in the flat graph.
     """
 
     graph: Graph  # that runs

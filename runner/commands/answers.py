@@ -87,7 +87,7 @@ def attempted(ask: Callable[[_Question], _Answer], questions: Iterable[_Question
 
 
 def print_answers(answers: "Iterable[Shown | ModelError]", alone: bool, path: Path | None, as_json: bool) -> int:
-    """Print answers and write their pictures, and return the exit code; `alone` is one that was asked for by name.
+    """Print answers and write their pictures, and return the exit code; `alone` is one, whose data are no list.
 
     Raises a `ModelError` of all that have none.
     """

@@ -6,7 +6,8 @@ from functools import partial
 import click
 
 from proofmass.blocks.declaration.problem import Problem
-from proofmass.graphs.model.flatten import FlatGraph, flatten
+from proofmass.graphs.model.flatten import flatten, inside
+from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.names import sources_of
 from proofmass.runner.analysis.response.plot import plot_response
 from proofmass.runner.analysis.response.response import response
@@ -24,7 +25,7 @@ def show_response(request: ResponseRequest) -> int:
         raise click.UsageError("--amplitude and --band are those of a stimulus: add --simulate multitone")
     graph = graph_of(request.graph, request.own, request.changes)
     outputs = outputs_of(graph, request.output, "INPUT")
-    source = request.input or _source(flatten(graph), outputs)
+    source = request.input or _source(graph, outputs)
     with progress(request.as_json) as bar:
 
         def ask(output: str) -> Shown:
@@ -35,9 +36,10 @@ def show_response(request: ResponseRequest) -> int:
     return print_answers(answers, len(outputs) == 1, request.picture, request.as_json)
 
 
-def _source(flat: FlatGraph, outputs: Sequence[str]) -> str:
+def _source(graph: Graph, outputs: Sequence[str]) -> str:
     """Return the only source that outputs follow from; raises `ModelError`."""
-    sources = list(dict.fromkeys(source for output in outputs for source in sources_of(flat, output)))
+    flat = flatten(graph)
+    sources = list(dict.fromkeys(source for output in outputs for source in sources_of(flat, inside(graph, output))))
     if len(sources) != 1:
         message = "which input is meant must be said"
         hint = f"write proofmass response GRAPH {(sources or ['INPUT'])[0]} {outputs[0]}"

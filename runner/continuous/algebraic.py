@@ -54,8 +54,8 @@ def scratch(n: int) -> tuple[int, ...]:
 def solve(equations: Any, context: Any, unknown: Flat, work: Any) -> None:
     """Replace the guess in `unknown` by a solution, or by NaN.
 
-    `equations(context, unknown, image)` writes g of the unknowns, or something not finite where g has no value;
-    `work` is scratch.
+    `equations(context, unknown, image)` writes g of the unknowns, or something not finite where g
+    has no value; `work` is scratch.
     """
     image, ahead, image_ahead, size, change, matrix, order = work
     loop, n = _Loop(equations, context, unknown, image, size, ahead, image_ahead), len(unknown)

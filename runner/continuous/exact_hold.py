@@ -8,8 +8,8 @@ squaring after balancing by powers of two (states of a sensor differ by many ord
 An input that moves linearly from u[n] to u[n+1] is one whose derivative is held: another row of the
 same matrix.
 
-The functions work in place on flat sequences, row by row, so that plain Python runs them on lists and the compiled
-loop on arrays: to the same bits, in every tick where a driven parameter has moved.
+The functions work in place on flat sequences, row by row, so that plain Python runs them on lists
+and the compiled loop on arrays: to the same bits, in every tick where a driven parameter has moved.
 """
 
 from collections.abc import Callable
@@ -28,8 +28,8 @@ SCRATCH = 3  # sequences as large as the matrix that `matrix_exponential` needs
 def hold(a: Matrix, b: Matrix, period: float, ramps: tuple[int, ...] = ()) -> tuple[Matrix, Matrix]:
     """Transition and input matrix of one step of `period` seconds, by rows.
 
-    `ramps` are the inputs (columns of b) that move linearly; the input matrix has a column more for each, of its
-    change over the step.
+    `ramps` are the inputs (columns of b) that move linearly; the input matrix has a column more for
+    each, of its change over the step.
     """
     n, m = len(a), len(b[0]) if b else 0
     size = n + m + len(ramps)

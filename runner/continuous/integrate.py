@@ -58,12 +58,12 @@ def integrate(tick: GroupTick) -> float:
     """Move the states `x` by a period, in steps of `first` seconds, or from there on as long as a
     tolerance allows.
 
-    A tolerance of zero means steps as long as the first, shorter ones only where no number comes out of it. Errors
-    are relative to the `largest` value that a state ever had, which is kept there. What leaves rest in this tick has
-    no such value yet: then the tick is passed once to find it, and again from where it `begun`.
-    Events are found to within `precision` seconds. Returns `DONE`, `STEPS_TOO_SHORT`,
-    `STEPS_TOO_MANY`; the number, from 1, of an event that happens again and again at one instant;
-    or that of an event or corner too many, after all these.
+    A tolerance of zero means steps as long as the first, shorter ones only where no number comes
+    out of it. Errors are relative to the `largest` value that a state ever had, which is kept
+    there. What leaves rest in this tick has no such value yet: then the tick is passed once to find
+    it, and again from where it `begun`. Events are found to within `precision` seconds. Returns
+    `DONE`, `STEPS_TOO_SHORT`, `STEPS_TOO_MANY`; the number, from 1, of an event that happens again
+    and again at one instant; or that of an event or corner too many, after all these.
     """
     x, begun = tick.x, tick.begun
     for i in range(len(x)):
@@ -237,8 +237,9 @@ def _located(tick: GroupTick, time: float, length: float, event: int) -> tuple[f
     """The lengths of a step that ends before the first event or corner in it and of one that ends
     at it or beyond, and which one that is; `event` is due at the end of `length`.
 
-    Bisection finds the event to within `precision`; where its clearance is a straight line there, what is left is
-    taken off too, since whatever an event comes late stays in the motion that follows.
+    Bisection finds the event to within `precision`; where its clearance is a straight line there,
+    what is left is taken off too, since whatever an event comes late stays in the motion that
+    follows.
     """
     clear, moved = tick.clear, tick.moved
     before, after, used = 0.0, length, clear[event]

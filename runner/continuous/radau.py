@@ -3,9 +3,9 @@ Differential Equations II, 1996, section IV.8).
 
     z_i = h sum_j a_ij f(t + c_j h, x + z_j),  i = 1, 2, 3;   x(t + h) = x + z_3
 
-solved by Newton's method with the derivatives of f by differences: they decide how fast it converges, not where to.
-The error estimate is that of section IV.8, eq. 8.19: (g/h - J)^-1 (f(t, x) + (e_1 z_1 + e_2 z_2 +
-e_3 z_3) / h).
+solved by Newton's method with the derivatives of f by differences: they decide how fast it
+converges, not where to. The error estimate is that of section IV.8, eq. 8.19: (g/h - J)^-1 (f(t,
+x) + (e_1 z_1 + e_2 z_2 + e_3 z_3) / h).
 
 Plain Python runs these functions on lists, the compiled loop on arrays, both to the same bits.
 """

@@ -6,8 +6,7 @@ every value in it.
 
 Balls are Arb's (Johansson, IEEE Trans. Computers 66, 2017, 1281). A comparison that holds for some
 values and not for others has no answer: it raises `UndecidedError`, and whoever asked takes a
-smaller interval. There is no silent way
-to an ordinary number: `float` of a ball raises TypeError.
+smaller interval. There is no silent way to an ordinary number: `float` of a ball raises TypeError.
 
 Functions of the library are within a unit in the last place of the exact ones; their balls hold
 both.

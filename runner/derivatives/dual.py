@@ -3,9 +3,9 @@ Walther 2008, chapter 3).
 
     f(a + sum of s_i d_i) = f(a) + f'(a) sum of s_i d_i
 
-`slopes` holds the slopes other than zero, by direction; a number that depends on nothing is plain. Levels nest:
-the value and the slopes of a dual number of level 1 may be dual numbers of level 0, which gives
-mixed second derivatives, such as those of a transition matrix by a parameter.
+`slopes` holds the slopes other than zero, by direction; a number that depends on nothing is plain.
+Levels nest: the value and the slopes of a dual number of level 1 may be dual numbers of level 0,
+which gives mixed second derivatives, such as those of a transition matrix by a parameter.
 
 Quantisers count as their input, with the derivative one, in value too: `int`, `math.trunc`,
 `round`, `//`, `>>`, `rounding.round_half_even` and `rounding.round_down` of a dual number. What

@@ -1,7 +1,7 @@
 """The functions of blocks made to take dual numbers: copies that find `math`, `int` and `float` with derivatives.
 
-A copy shares the code of the function; only what it finds among its globals differs. Functions that it calls are
-copied too.
+A copy shares the code of the function; only what it finds among its globals differs. Functions that
+it calls are copied too.
 """
 
 import builtins

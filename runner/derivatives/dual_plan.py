@@ -1,9 +1,9 @@
 """A plan whose constants and start values are dual numbers in all parameters of its blocks, and the hold of such.
 
-The derivative of a matrix exponential is read off a larger one, which makes it as exact as the exponential itself:
-exp [[M, dM], [0, M]] = [[exp M, d exp M], [0, exp M]] (Van Loan, IEEE Trans. Automatic Control 23,
-1978, 395). Where the numbers have one level, the blocks of that matrix are computed apart, for all
-directions at once.
+The derivative of a matrix exponential is read off a larger one, which makes it as exact as the
+exponential itself: exp [[M, dM], [0, M]] = [[exp M, d exp M], [0, exp M]] (Van Loan, IEEE Trans.
+Automatic Control 23, 1978, 395). Where the numbers have one level, the blocks of that matrix are
+computed apart, for all directions at once.
 """
 
 import math

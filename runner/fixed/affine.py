@@ -5,8 +5,8 @@
 Factors are exact. Each error lies between bounds that are read off its rule of rounding. Where a
 step decides, as at the end of a range, it goes the way of the start, and a condition is noted that
 the form has to keep for that. So the forms are those of the step in all states and for all inputs
-that keep the conditions, not only near the start. What
-is neither affine nor decided by conditions raises `NotAffineError`.
+that keep the conditions, not only near the start. What is neither affine nor decided by conditions
+raises `NotAffineError`.
 """
 
 from collections.abc import Callable, Mapping

@@ -2,9 +2,8 @@
 
 Raw values have mantissas in the place of fixed-point values; wires, states, buffers and probes hold
 them. A function is traced once (`proofmass.runner.fixed.trace`). Constants that `formats` names are
-numbers of the run, in their
-registers; all other constants, and the parameters of a block that declares none, are known to the trace and folded
-into the code.
+numbers of the run, in their registers; all other constants, and the parameters of a block that
+declares none, are known to the trace and folded into the code.
 """
 
 from collections import namedtuple

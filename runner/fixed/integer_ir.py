@@ -1,7 +1,7 @@
 """A step function as a graph of integer operations: each value is made once, and has its exact interval.
 
-Operations are hash-consed: one kind on the same operands is one operation. What is known beforehand is folded.
-An operation's width follows from its interval, so that nothing can overflow unseen.
+Operations are hash-consed: one kind on the same operands is one operation. What is known beforehand
+is folded. An operation's width follows from its interval, so that nothing can overflow unseen.
 """
 
 from collections.abc import Callable, Iterable

@@ -44,8 +44,7 @@ def trace(
 
     A cast with the overflow "refuse" is refused here where the value could leave its format; with
     `refusals` it may, and `refused` says in each run of the code whether it did. Functions traced
-    into one `program` share what they
-    have in common: arguments of one name are one value.
+    into one `program` share what they have in common: arguments of one name are one value.
     """
     arguments = tuple(inspect.signature(function).parameters)
     unknown = set(arguments).symmetric_difference(set(formats) - {"return"})

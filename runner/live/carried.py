@@ -1,8 +1,9 @@
 """The loop of a plan as a page carries it: a module of WebAssembly, its memory at tick 0, and the
 place of everything.
 
-The page computes the bits of the command line: constants that follow from parameters are made in the module itself,
-by the functions of the blocks, and groups of continuous blocks keep the method of the plan.
+The page computes the bits of the command line: constants that follow from parameters are made in
+the module itself, by the functions of the blocks, and groups of continuous blocks keep the method
+of the plan.
 """
 
 import base64

@@ -1,7 +1,8 @@
 """Results as files for other tools: netCDF, CSV, Parquet, and a summary as JSON.
 
-Every file appears whole or not at all: it is written under another name beside it, flushed to disk, then renamed.
-Long traces are read and written piece by piece. Errors of the disk are raised as `OSError`.
+Every file appears whole or not at all: it is written under another name beside it, flushed to disk,
+then renamed. Long traces are read and written piece by piece. Errors of the disk are raised as
+`OSError`.
 """
 
 import csv

@@ -70,8 +70,8 @@ def paragraphs(text: str) -> list[str]:
 def picture(figure: "Figure", title: str) -> str:
     """Return a figure as SVG with colours and fonts of the page; the title is read out in its place.
 
-    A page is one document: two pictures with clips of the same name would both be cut by the first, so their
-    names have a hash of the drawing. What many markers have in common is said once.
+    A page is one document: two pictures with clips of the same name would both be cut by the first,
+    so their names have a hash of the drawing. What many markers have in common is said once.
     """
     text = svg_of(figure, **{"svg.fonttype": "none"})
     text = re.sub(r"\bclip_(?=\d)", f"clip_{blake2b(text.encode(), digest_size=6).hexdigest()}_", text)

@@ -14,8 +14,9 @@ def text_table(
 ) -> list[str]:
     """Return rows of cells as lines; columns whose number is in `left` are aligned left, all others right.
 
-    A table wider than `width` (of the terminal, if there is one) breaks a last column of words into lines, or goes
-    on below with its first column repeated. `indent` is that which a caller puts before each line.
+    A table wider than `width` (of the terminal, if there is one) breaks a last column of words into
+    lines, or goes on below with its first column repeated. `indent` is that which a caller puts
+    before each line.
 
     >>> text_table([("signal", "mean"), ("adc.code", "1.5"), ("dac", "12.25")], left=[0])
     ['signal     mean', 'adc.code    1.5', 'dac       12.25']

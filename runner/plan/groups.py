@@ -30,8 +30,8 @@ class Group:
     instant, in order: outputs, and the constants of blocks that a signal within the group drives.
     `loops` are solved at every instant. `inputs` are the outputs of other blocks that act on the
     group, held over the tick; those in `ramps` move on a straight line to their next value.
-    `events` are those of its blocks, `corners` those of all its members, of
-    which the last `counters` count.
+    `events` are those of its blocks, `corners` those of all its members, of which the last
+    `counters` count.
     """
 
     blocks: tuple[str, ...]

@@ -1,7 +1,7 @@
 """Python functions lowered from their syntax trees into functions of a program; types follow from the arguments.
 
-A function is lowered once for each kind of arguments, and again if a number or function that it reads from outside
-has changed. What cannot be lowered is refused with its line.
+A function is lowered once for each kind of arguments, and again if a number or function that it
+reads from outside has changed. What cannot be lowered is refused with its line.
 """
 
 import ast

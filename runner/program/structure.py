@@ -1,8 +1,8 @@
 """Python values within a program: numbers, arrays, tuples and NamedTuples of them, and values known beforehand.
 
-A NamedTuple of the program is a Python NamedTuple with values of the program in its fields. Functions, classes,
-modules and None are not values of a program: they are known when a function is lowered, and are
-part of its key.
+A NamedTuple of the program is a Python NamedTuple with values of the program in its fields.
+Functions, classes, modules and None are not values of a program: they are known when a function is
+lowered, and are part of its key.
 """
 
 from collections.abc import Callable, Hashable, Iterable, Iterator

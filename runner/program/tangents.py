@@ -3,8 +3,8 @@ mode; Griewank and Walther 2008, chapter 3).
 
     f(x), dx  ->  f(x), f'(x) dx
 
-Operations have the rules of `tangent_rules`. Entries of an array at a place that moves have no derivative: their
-slope is NaN.
+Operations have the rules of `tangent_rules`. Entries of an array at a place that moves have no
+derivative: their slope is NaN.
 
 Slopes that are zero wherever a program runs are not computed: a function is written once for each
 choice of parameters that move.

@@ -1,7 +1,8 @@
 """Wires that the compiled loop checks for numbers that are not finite: those that would not pass them on.
 
-An infinite number or NaN stays so through sums, products and numerators of quotients. A wire that a block of the
-same rate uses only in such arithmetic needs no check, since the output of that block is checked.
+An infinite number or NaN stays so through sums, products and numerators of quotients. A wire that a
+block of the same rate uses only in such arithmetic needs no check, since the output of that block
+is checked.
 """
 
 from typing import Any

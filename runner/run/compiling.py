@@ -1,7 +1,8 @@
 """The loop of a plan on its way to machine code, in a thread of its own, while plain Python runs the first ticks.
 
-First it is looked up: the program is written, which tells its place in the cache. Only when someone wants it then is
-it compiled. LLVM works without holding Python's lock; writing the program holds it.
+First it is looked up: the program is written, which tells its place in the cache. Only when someone
+wants it then is it compiled. LLVM works without holding Python's lock; writing the program holds
+it.
 
 The end of the process does not wait for machine code, but for LLVM to end the step that it is at,
 since its memory is taken away behind. No other step begins then.

@@ -47,8 +47,8 @@ class RunError(RuntimeError):
 def name_fault(planned: Plan, seed: int, run: int, memory: Memory, end: int) -> None:
     """Raise the `TickError` before the tick `end`: the compiled loop only says there may be one.
 
-    The ticks are halved until few are left, and plain Python goes on from there. It finds nothing where only the sum
-    by which the loop watches its wires went beyond 1e308: then all is well.
+    The ticks are halved until few are left, and plain Python goes on from there. It finds nothing
+    where only the sum by which the loop watches its wires went beyond 1e308: then all is well.
     """
 
     last = end

@@ -59,10 +59,10 @@ def simulate(
     without either the graph says. Traces of more than 256 MiB are written to `.npy` files in
     `folder` as they come, and are mapped from there.
 
-    Ctrl-C (or SIGTERM) ends the run after the chunk under way: the result then holds what was done and says that it
-    was interrupted. With a `folder` a checkpoint is kept there, and the same call goes on from it
-    to the same bits. With `resume` there must be one; `resume=False` removes it and starts at tick
-    0.
+    Ctrl-C (or SIGTERM) ends the run after the chunk under way: the result then holds what was done
+    and says that it was interrupted. With a `folder` a checkpoint is kept there, and the same call
+    goes on from it to the same bits. With `resume` there must be one; `resume=False` removes it and
+    starts at tick 0.
 
     Raises `ModelError` when the graph is wrong, or other than that of a checkpoint in the folder,
     and `RunError` when a number stops being finite, or leaves a format whose overflow is "refuse".

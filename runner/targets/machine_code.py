@@ -2,8 +2,8 @@
 
 The object file is named by the hash of everything that went in: the text of the module, the version
 of LLVM and the processor. A damaged file is made anew; a folder that others could write to is not
-read. No fast-math, no contraction
-to fused multiply-add, no vector library: the code computes the same bits as plain Python.
+read. No fast-math, no contraction to fused multiply-add, no vector library: the code computes the
+same bits as plain Python.
 """
 
 import ctypes

@@ -4,8 +4,7 @@
 
 N is white (angle or velocity random walk), B flicker (bias instability), K a random walk of the
 signal, Q quantisation of its integral, T the period of the samples. The Allan variance is N^2 /
-tau + 2 ln 2 B^2 / pi + K^2 tau / 3 +
-3 Q^2 / tau^2.
+tau + 2 ln 2 B^2 / pi + K^2 tau / 3 + 3 Q^2 / tau^2.
 
 A one-sided density of amplitude is sqrt(2) N: the standard's densities are two-sided.
 """

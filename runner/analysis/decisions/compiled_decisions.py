@@ -72,9 +72,9 @@ def compiled_runs(
 ) -> list[dict[str, Decisions]] | None:
     """Return the decisions of each block from a tick on, (value, level) a row, with each seed.
 
-    The runs last for a `span` of base ticks, if that is not too few decisions, or too many. Those that are `kept` of
-    an earlier tick will do if they go on for long enough. None for a graph that machine code cannot
-    run.
+    The runs last for a `span` of base ticks, if that is not too few decisions, or too many. Those
+    that are `kept` of an earlier tick will do if they go on for long enough. None for a graph that
+    machine code cannot run.
     """
     key = frozenset(upstream), span
     known: CompiledRuns | None = kept.get(key)

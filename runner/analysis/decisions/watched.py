@@ -30,8 +30,8 @@ def recorded(
 ) -> Records:
     """Return the decisions of quantisers of one bit among some blocks; raises `TickError` if a run fails.
 
-    In machine code the runs last for a `span` of base ticks, if that is not too few decisions, or too many; other
-    ticks find them `kept`.
+    In machine code the runs last for a `span` of base ticks, if that is not too few decisions, or
+    too many; other ticks find them `kept`.
     """
     seeds = plan.graph.seed, plan.graph.seed ^ 1
     few = Watched(plan, begin.copy(), upstream, deciding, seeds[0]).taken(_FEW, 0)

@@ -2,11 +2,11 @@
 
 With q = 1 / z each state is x = q (A x + b u), an edge of a graph for each number (Mason,
 Proceedings of the IRE 44, 1956, 920). A state that acts on itself through others alone is replaced
-by what acts on it, which leaves polynomials
-in q on the edges. So a delay of a thousand samples is one edge q^1000, and a filter of as many taps
-one polynomial. What is left is a small matrix I - W(q). Its determinant, and that with b and c at
-its sides, are D and N, by Bareiss' elimination without fractions (Mathematics of Computation 22,
-1968, 565). Its pivots are 1 at q = 0, so none vanishes.
+by what acts on it, which leaves polynomials in q on the edges. So a delay of a thousand samples is
+one edge q^1000, and a filter of as many taps one polynomial. What is left is a small matrix I -
+W(q). Its determinant, and that with b and c at its sides, are D and N, by Bareiss' elimination
+without fractions (Mathematics of Computation 22, 1968, 565). Its pivots are 1 at q = 0, so none
+vanishes.
 """
 
 from collections.abc import Sequence

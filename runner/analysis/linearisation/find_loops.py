@@ -18,9 +18,9 @@ _Wiring = Mapping[Endpoint, Collection[Endpoint]]  # outputs that each reaches t
 class LoopGroup:
     """Outputs in loops that share wires, and those at which all of these loops can be opened, best first.
 
-    Where no output opens them all, `together` is a smallest set of outputs that do, one for each loop to analyse.
-    Loops among continuous blocks, as of a plant with feedback of its own, are a group too, and stay
-    closed in others.
+    Where no output opens them all, `together` is a smallest set of outputs that do, one for each
+    loop to analyse. Loops among continuous blocks, as of a plant with feedback of its own, are a
+    group too, and stay closed in others.
     """
 
     ports: tuple[str, ...]

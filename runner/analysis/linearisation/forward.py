@@ -266,10 +266,10 @@ class Onward:
     ) -> Array:
         """Return what wires of one number hold, a row for each of some ticks.
 
-        They are those of blocks that run `alone`, and of `timed` ones, whose signals are away from where they are,
-        held or at the `entries` of small signals: nothing would show that a gate opens on a signal
-        that is zero. From tick 0 on they are found once for all courses that are alike, where these
-        blocks are the same.
+        They are those of blocks that run `alone`, and of `timed` ones, whose signals are away from
+        where they are, held or at the `entries` of small signals: nothing would show that a gate
+        opens on a signal that is zero. From tick 0 on they are found once for all courses that are
+        alike, where these blocks are the same.
         """
         like, blocks, running = self.course.like, self.course.plan.blocks, alone | timed
         if like is not None and not self.begin.tick and all(blocks[n] is like.plan.blocks[n] for n in running):

@@ -1,7 +1,7 @@
 """The modes of a linear map that do not decay, and the map without them.
 
-They are separated by the projector on their invariant subspaces, V (W V)^-1 W (Golub and Van Loan, Matrix
-Computations, 7.6).
+They are separated by the projector on their invariant subspaces, V (W V)^-1 W (Golub and Van Loan,
+Matrix Computations, 7.6).
 """
 
 from collections.abc import Sequence

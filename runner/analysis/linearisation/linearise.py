@@ -36,10 +36,9 @@ def linearise(
 
     `inputs` are outputs of blocks, such as "acceleration.output"; inputs of the system are added to
     their values. `outputs` are the observed signals. With `loop`, the name of a loop or an output
-    at which to open one, the system
-    is the open loop L of negative feedback instead: 1 + L = 0 at the closed-loop poles. `dt` is the
-    least time after which all blocks between tick together; a wire that ticks more often in it has
-    one entry for each of its ticks.
+    at which to open one, the system is the open loop L of negative feedback instead: 1 + L = 0 at
+    the closed-loop poles. `dt` is the least time after which all blocks between tick together; a
+    wire that ticks more often in it has one entry for each of its ticks.
 
     The operating point is found, unless `at` names it: the graph's state at a time, after a run
     from tick 0, or where its loops have "settled", or "periodic": an orbit that comes back, as that

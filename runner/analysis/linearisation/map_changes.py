@@ -1,8 +1,9 @@
 """Differences of two maps over a period: in what one block does to another, and in the response between wires.
 
-A response is C (z - A)^-1 B + D of a map at some points: by how much it changes with some rows or columns of it. Norms
-are those of Frobenius. A period of noise has thousands of columns, which count through B B' and B D' alone. Where
-rows of A change by E, (z - A - E)^-1 follows from (z - A)^-1 by as many rows (Sherman, Morrison, Woodbury).
+A response is C (z - A)^-1 B + D of a map at some points: by how much it changes with some rows or
+columns of it. Norms are those of Frobenius. A period of noise has thousands of columns, which count
+through B B' and B D' alone. Where rows of A change by E, (z - A - E)^-1 follows from (z - A)^-1 by
+as many rows (Sherman, Morrison, Woodbury).
 """
 
 import math
@@ -191,9 +192,10 @@ def effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:
 def variation(closed: Array, later: Sequence[Array]) -> Variation:
     """Return the changes of the entries of a closed transition matrix, as far as they move poles near the boundary.
 
-    An orbit that turns changes the matrix to one that is similar: w* (dA) v is much less than |w| |dA| |v|. It may
-    vanish at an instant, so that several later matrices are looked at, those after 1, 2, 8 and 64 periods. The pole of
-    one period still differs from that of the turning orbit, by w* (dv) where the mode turns by dv in a period.
+    An orbit that turns changes the matrix to one that is similar: w* (dA) v is much less than |w|
+    |dA| |v|. It may vanish at an instant, so that several later matrices are looked at, those after
+    1, 2, 8 and 64 periods. The pole of one period still differs from that of the turning orbit, by
+    w* (dv) where the mode turns by dv in a period.
     """
     change = np.abs(later[0] - closed)
     alike, scale = balanced(closed)
@@ -233,8 +235,8 @@ def _turned(later: Array, poles: Complex, vectors: Complex, reach: Array) -> Com
 def _scales(size: Array, down: Indices, across: Indices) -> tuple[Array, Array]:
     """Factors of rows and columns that make them alike: units of the states and wires do not count.
 
-    All values of a wire have one unit. A wire behind the states that has no row, or no column, keeps its unit: all of
-    these are one of their norm.
+    All values of a wire have one unit. A wire behind the states that has no row, or no column,
+    keeps its unit: all of these are one of their norm.
     """
     joined = np.zeros([np.max(places, initial=-1) + 1 for places in (down, across)])
     np.add.at(joined, (down[:, None], across), size**2)

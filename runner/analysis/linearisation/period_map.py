@@ -2,9 +2,9 @@
 
     x[n+1] = A x[n] + B u[n] + step,   y[n] = C x[n] + D u[n] + level
 
-x are deviations from an operating point. One period is the least time after which all blocks tick together again; u
-and y hold an entry for each tick of their wires in it (lifting: Meyer and Burrus, IEEE Trans. Circuits and Systems
-22, 1975, 162).
+x are deviations from an operating point. One period is the least time after which all blocks tick
+together again; u and y hold an entry for each tick of their wires in it (lifting: Meyer and Burrus,
+IEEE Trans. Circuits and Systems 22, 1975, 162).
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence

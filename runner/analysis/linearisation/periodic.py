@@ -6,9 +6,9 @@ F is what a run of the graph over a period makes of the states, without noise, a
 derivative. In F, as in A, quantisers pass their input on. Continuous groups that are not linear are
 moved by the run's own integration.
 
-The period is the least of 1 to 2,000 common periods of all blocks after which a run comes close to where it was.
-A point counts as periodic where all that acts on others is back to 1e-10 of its size, after one
-period and after two.
+The period is the least of 1 to 2,000 common periods of all blocks after which a run comes close to
+where it was. A point counts as periodic where all that acts on others is back to 1e-10 of its size,
+after one period and after two.
 """
 
 import math

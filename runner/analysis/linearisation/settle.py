@@ -9,8 +9,8 @@ left out. Loops that are unstable in tick 0 may still settle at a limit.
 
 A slow mode hardly moves between two looks. It shows in equal steps before a look: a state that goes
 one way in all of them goes on by d r / (1 - r), with its last step d and their quotient r, as a
-geometric series does. States of
-blocks before loops count so too, as of the slow filter of a reference.
+geometric series does. States of blocks before loops count so too, as of the slow filter of a
+reference.
 """
 
 import math

@@ -1,11 +1,11 @@
 """Switches that wait before they change a loop: choppers, sequences and pulses.
 
-A map over one common period is the same in the next ones until a counter is full or a source that stood still moves.
-So what follows from the time alone is run on beyond the operating point, by itself, and the map is
-compared where something that stood still has changed. A block that is given the time beside
-signals, as a gate, goes on with them,
-its signals held. Where a block that signals reach counts, or moves with the time between ticks, the
-map is compared after 2, 4, 8 and so on periods too.
+A map over one common period is the same in the next ones until a counter is full or a source that
+stood still moves. So what follows from the time alone is run on beyond the operating point, by
+itself, and the map is compared where something that stood still has changed. A block that is given
+the time beside signals, as a gate, goes on with them, its signals held. Where a block that signals
+reach counts, or moves with the time between ticks, the map is compared after 2, 4, 8 and so on
+periods too.
 """
 
 from collections.abc import Callable, Mapping, Sequence

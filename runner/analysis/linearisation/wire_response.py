@@ -1,7 +1,8 @@
 """From the values of one wire to those of another: frequency response, and frequencies at which to show it.
 
-A period T has p values of the input and r of the output. H is the matrix of the lifted map; the response at the
-input's own frequency f is what a network analyser measures, with z = exp(2 pi j f T):
+A period T has p values of the input and r of the output. H is the matrix of the lifted map; the
+response at the input's own frequency f is what a network analyser measures, with z = exp(2 pi j f
+T):
 
     G(f) = 1 / r sum over i, k of exp(-2 pi j f (late + i T / r)) H[i, k](z) exp(2 pi j f k T / p)
 

@@ -12,9 +12,9 @@ The verdict comes from the closed-loop poles alone, those the loop sees (`modes`
 Any loop has crossovers, a least distance of L from -1, and the factors at the wire with which it
 would be stable.
 
-Crossovers and peaks are real roots of polynomials that are known exactly (`rational`, `axis`, `scalar`). Where a
-loop has several values of its wire in a common period and more than one of them matters, no single
-L exists: `lifted`.
+Crossovers and peaks are real roots of polynomials that are known exactly (`rational`, `axis`,
+`scalar`). Where a loop has several values of its wire in a common period and more than one of them
+matters, no single L exists: `lifted`.
 """
 
 import math

@@ -2,9 +2,9 @@
 
 L = N / D is known exactly, and so are its poles and those of the closed loop. The grid has so many
 points for each turn of a delay, and more around each pole that is sharper than that. Between two
-points of it L does not turn far, so that
-a crossover changes a sign there, or a dip that is looked at. L is as exact as rounding lets it be,
-also where the poles of a slow loop lie close to 1 (`OnCircle`).
+points of it L does not turn far, so that a crossover changes a sign there, or a dip that is looked
+at. L is as exact as rounding lets it be, also where the poles of a slow loop lie close to 1
+(`OnCircle`).
 """
 
 import cmath

@@ -15,10 +15,11 @@ one level is no noise.
 import math
 from collections.abc import Hashable, Mapping, MutableMapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
+from proofmass.blocks.arithmetic.mantissa import Rounding, rounded
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
@@ -37,15 +38,9 @@ _TIED = 64  # parts of a step, of which ties are 5 % of the mean square
 _NONE = 1e-12  # of the largest variance: no motion
 _LONGEST, _SUMS = 128, 16  # words of a sum, and sums that are followed, those that come nearest
 _RANGE = 64  # steps to either side of zero, over which levels are counted
-_PARTS = 1 << 24  # of a step, of what is added to a grid
+_PARTS, _BITS = 1 << 24, 40  # of a step: of what is added to a grid, and of its levels
 _ALIKE = 1e-6  # of the sizes of an error in a period
 _OF_ONE = 12.0 / math.pi**2
-_RULES: Mapping[str, Any] = {
-    "half_even": np.rint,
-    "half_up": lambda values: np.floor(values + 0.5),
-    "floor": np.floor,
-    "toward_zero": np.trunc,
-}
 
 
 @dataclass(frozen=True)
@@ -57,15 +52,19 @@ class OnGrid:
     apart: float  # of the mean square of the error, or of the correlation with the next
     motion: float  # of its input in steps, rms, in all or from value to value
 
-    def variance(self, rule: str) -> float | None:
-        """Return the variance of the error in steps by a rule of rounding, all levels as likely; None if not known."""
+    def variance(self, rule: Any) -> float | None:
+        """Return the variance of the error in steps by a rule of rounding, all levels as likely.
+
+        None without a rule, or where the levels are not known.
+        """
         if self.levels == 1:
             return 0.0
-        if not self.levels or rule not in _RULES:
+        if not self.levels or rule not in get_args(Rounding):
             return None
         offset = round(self.offset * _PARTS) / _PARTS
-        values = offset + np.arange(-_RANGE * self.levels, _RANGE * self.levels) / self.levels
-        return float(np.var(_RULES[rule](values) - values))
+        values = (offset + np.arange(-_RANGE * self.levels, _RANGE * self.levels) / self.levels) * 2.0**_BITS
+        errors = [rounded(value, _BITS, rule) - value / 2.0**_BITS for value in map(round, values.tolist())]
+        return float(np.var(errors))
 
 
 _EXACT = OnGrid(1, 0.0, 0.0, math.inf)

@@ -182,8 +182,8 @@ def _along(about: Linearisation, ends: Ends, whole: PeriodMap) -> _Along:
 def difference_squared(first: NoiseMap, second: NoiseMap) -> float:
     """Return the mean square of what the outputs of two maps differ by, where both are given the same noise.
 
-    That is E[y1^2] + E[y2^2] - 2 E[y1 y2]. With X = A1' X A2 + C1' C2 / r the last is a sum over the columns of
-    v (B1' X B2 + D1' D2 / r).
+    That is E[y1^2] + E[y2^2] - 2 E[y1 y2]. With X = A1' X A2 + C1' C2 / r the last is a sum over
+    the columns of v (B1' X B2 + D1' D2 / r).
     """
     places = [{entry: column for column, entry in enumerate(of.inputs)} for of in (first, second)]
     common = [entry for entry in first.inputs if entry in places[1]]

@@ -166,11 +166,11 @@ def response(
     blocks signals count as held from tick to tick. It is given at some `frequencies` in Hz,
     ascending, or on a logarithmic grid.
 
-    With `simulate` the graph itself is run with a stimulus on top of the input, quantisers, limits and noise
-    included, and what comes out at its frequencies stands beside the linear response: a "sine" at
-    one frequency after the other, a "multitone", a "chirp" or a "prbs", a pseudorandom binary
-    sequence. Its peak value is `amplitude`, such as "1 mV" or a number in the input's unit, and it
-    lies in a `band` in Hz.
+    With `simulate` the graph itself is run with a stimulus on top of the input, quantisers, limits
+    and noise included, and what comes out at its frequencies stands beside the linear response: a
+    "sine" at one frequency after the other, a "multitone", a "chirp" or a "prbs", a pseudorandom
+    binary sequence. Its peak value is `amplitude`, such as "1 mV" or a number in the input's unit,
+    and it lies in a `band` in Hz.
 
     Raises `ModelError` for a graph that cannot be linearised, and where no way leads from the input
     to the output.

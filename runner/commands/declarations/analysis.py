@@ -135,8 +135,8 @@ class ResponseRequest(Changed, does="response_command.show_response"):
 
     \b
     proofmass response library:template acceleration.output adc.number --plot response.png
-    proofmass response library:template acceleration.output adc.number --simulate multitone
-    --amplitude "1 m/s^2"
+    proofmass response library:template acceleration.output adc.number --simulate multitone \\
+        --amplitude "1 m/s^2"
     """
 
     graph: Path = file_argument(library=True)

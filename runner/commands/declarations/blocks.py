@@ -21,8 +21,7 @@ class TestBlockRequest(Request, does="test_block_command.test_blocks"):
 
     Each block is checked: documents, units, bounds, what compiled code can take, and the same bits
     in plain Python, machine code, lanes, C99 and WebAssembly, on ordinary numbers and at the edges
-    of arithmetic. Exit code 1 if a
-    check fails.
+    of arithmetic. Exit code 1 if a check fails.
 
     \b
     proofmass new sensor.py

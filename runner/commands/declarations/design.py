@@ -34,9 +34,9 @@ TOLERANCES = several(
 class TuneRequest(Answered, does="tune_command.show_tuning"):
     """Find parameters that meet the goals of a graph.
 
-    GRAPH has a table [tune]: free parameters with bounds, and goals for margins, noise, scale factor or measures.
-    The answer says which goal binds. Exit code 1 if no parameters meet all hard goals. Ctrl-C ends the search; the
-    best point so far is the answer.
+    GRAPH has a table [tune]: free parameters with bounds, and goals for margins, noise, scale
+    factor or measures. The answer says which goal binds. Exit code 1 if no parameters meet all hard
+    goals. Ctrl-C ends the search; the best point so far is the answer.
 
     \b
     proofmass tune library:closed_loop_accelerometer --plot tuned.png --write tuned.toml
@@ -114,9 +114,9 @@ class ProveRequest(Answered, does="prove_command.show_proofs"):
 
     SOURCE is a graph, or a study, whose spread counts as tolerances: three standard deviations of
     normal parameters. Each claim is proved, refuted by a sensor that you can try, or open. The
-    limits are those that loops require, else
-    6 dB and 45 deg. Exit code 1 if a claim is not proved. Ctrl-C ends the search with what is
-    proved. With --out it is kept in the certificate, and the same command goes on from there.
+    limits are those that loops require, else 6 dB and 45 deg. Exit code 1 if a claim is not proved.
+    Ctrl-C ends the search with what is proved. With --out it is kept in the certificate, and the
+    same command goes on from there.
 
     \b
     proofmass prove library:closed_loop_accelerometer
@@ -234,8 +234,8 @@ class SigmaDeltaRequest(Request, does="sigma_delta_command.show_modulator"):
     \b
     proofmass sigma-delta --order 3 --oversampling 64 --out loop.toml
     proofmass sigma-delta --order 4 --oversampling 64 --centre 0.25 --plot loop.svg
-    proofmass sigma-delta --order 3 --oversampling 64 --form CIFF --pulse 0 1 --rate "3.072 MHz"
-    --out analog.toml
+    proofmass sigma-delta --order 3 --oversampling 64 --form CIFF --pulse 0 1 --rate "3.072 MHz" \\
+        --out analog.toml
     """
 
     order: int = option("Order of the loop.", type=Whole(1, 8), default=3)

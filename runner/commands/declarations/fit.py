@@ -100,8 +100,8 @@ class FitRequest(OfLaw, OfRecordings, _Written, does="fit_command.run_fit"):
     proofmass fit sensor.toml --data record/traces.csv --input inertia.output=inertia.output \\
         --output sensor.displacement=sensor.displacement --free sensor.damping --plot fit.png --write sensor.toml
     proofmass fit library:zero_bias_m1.csv --plot law.png
-    proofmass fit library:temperature_compensation_m1 --temperature thermometer.voltage --output
-    noisy.output
+    proofmass fit library:temperature_compensation_m1 --temperature thermometer.voltage \\
+        --output noisy.output
     """
 
     source: Path = file_argument(library=True)

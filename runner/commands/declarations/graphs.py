@@ -185,8 +185,8 @@ class DrawRequest(Changed, does="draw_command.draw_graph"):
 class MontecarloRequest(Answered, does="montecarlo_command.run_montecarlo"):
     """Run a study of many sensors, spread and aged.
 
-    It shows their measures, and how many keep the limits. STUDY is a file that names its graph, or a graph file
-    with a table [study].
+    It shows their measures, and how many keep the limits. STUDY is a file that names its graph, or
+    a graph file with a table [study].
 
     \b
     proofmass montecarlo library:scale_factor_drift --runs 20 --out drift

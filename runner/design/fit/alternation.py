@@ -1,8 +1,9 @@
 """The alternating iteration (Liu, Li, Shen, section 1, steps 1 to 5; steps 3 and 4 are lost and reconstructed).
 
-1. exponents b are given; 2. with b fixed, a by linear least squares of V on exp(b1 T), exp(b2 T); 3. with a fixed,
-db by linear least squares of the residual on a1 T exp(b1 T), a2 T exp(b2 T); 4. b += db and the mean square error;
-5. steps 2 to 4 again until the error changes by less than `TOLERANCE` of itself.
+1. exponents b are given; 2. with b fixed, a by linear least squares of V on exp(b1 T), exp(b2
+T); 3. with a fixed, db by linear least squares of the residual on a1 T exp(b1 T), a2 T exp(b2
+T); 4. b += db and the mean square error; 5. steps 2 to 4 again until the error changes by less than
+`TOLERANCE` of itself.
 
 The fixed point is the least-squares optimum. Near it each iteration multiplies the distance by
 cos^2 of the smallest angle between the spans of steps 2 and 3, which is close to 1: hundreds to

@@ -4,8 +4,7 @@
 
 The squares of r(b) are minimised by Levenberg and Marquardt's method with Kaufman's Jacobian P D a,
 P the projection off the span of E and D the derivatives of E (Golub and Pereyra 1973, Kaufman 1975;
-gradient exact). Everything here
-is dimensionless: x from -1 to 1, v of the size of 1.
+gradient exact). Everything here is dimensionless: x from -1 to 1, v of the size of 1.
 """
 
 import math

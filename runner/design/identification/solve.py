@@ -122,8 +122,9 @@ class UnknownsSolver:
     def _polished(self, values: AnyArray) -> AnyArray:
         """Return the values after whole Gauss-Newton steps, which converters in a loop do not stop.
 
-        Their codes round anew at every value, so that the sum of squares is rough. The search before may stop where
-        a step gains less than that: further steps go by the derivatives, which look past codes.
+        Their codes round anew at every value, so that the sum of squares is rough. The search
+        before may stop where a step gains less than that: further steps go by the derivatives,
+        which look past codes.
         """
         rough = 0.0
         for number in range(_POLISHES):

@@ -6,10 +6,10 @@ corners, the corners suffice, and errors add their own norm.
 T is searched: first as a root of the covariance that noise along the mean and the moves of the
 coordinates would have, then by descent of the largest norm at the corners, whose slope by X in T
 (I + X) is v v' - u u', of its singular vectors. What is searched is a guess, what is accepted is
-proved: with X about T^-1 and ||X T - I|| <= e, the norm of
-X A X^-1 is at most ||X A T|| / (1 - e). It is below r if Cholesky's algorithm ends in floating
-point for r^2 I - B'B, after a shift that exceeds its errors (Rump, BIT Numerical Mathematics 46,
-2006, 433). Rates in continuous time are taken likewise (`half_plane`).
+proved: with X about T^-1 and ||X T - I|| <= e, the norm of X A X^-1 is at most ||X A T|| / (1 - e).
+It is below r if Cholesky's algorithm ends in floating point for r^2 I - B'B, after a shift that
+exceeds its errors (Rump, BIT Numerical Mathematics 46, 2006, 433). Rates in continuous time are
+taken likewise (`half_plane`).
 """
 
 import itertools
@@ -299,8 +299,8 @@ def _decay(transform: Array, rates: Family) -> bool:
 
     For P = X'X, with X about T^-1, E = X T - I and N = X F T, T'(P F + F'P) T is N + E'N and its
     transpose. It is negative if that of the corners is by more than all that is unknown, in any
-    units. With an input and an output,
-    [A, B, 0; 0, -I / 2, 0; C, D, -I / 2] stands for F (bounded real lemma).
+    units. With an input and an output, [A, B, 0; 0, -I / 2, 0; C, D, -I / 2] stands for F (bounded
+    real lemma).
     """
     k = rates.still
     n = len(transform) - k

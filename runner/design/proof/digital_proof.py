@@ -4,8 +4,8 @@ The functions of the blocks are affine as long as no number leaves its format an
 changes: these are the conditions. By induction over the ticks all of them hold if each holds for
 all that the affine map gives, with any inputs in their ranges and any errors. Then an output
 differs from that in exact arithmetic by the sum of errors times responses. The same sum bounds
-limit cycles of zero input in which no condition fails: there, what a register was at
-the start has decayed.
+limit cycles of zero input in which no condition fails: there, what a register was at the start has
+decayed.
 """
 
 import math

@@ -139,9 +139,9 @@ def prove(
 
     With `no_overflow`, no number of a block in fixed point overflows, from the start of the run on.
     `rounding` maps outputs in fixed point to the most that all rounding may move them, or to "" for
-    the least that can be proved.
-    Both hold for all that converters into fixed point can give; `input_ranges` has narrower ranges, such as
-    "-1..1", of wires into a FixedQuantiser. Coefficients are those of the sensor as it is.
+    the least that can be proved. Both hold for all that converters into fixed point can give;
+    `input_ranges` has narrower ranges, such as "-1..1", of wires into a FixedQuantiser.
+    Coefficients are those of the sensor as it is.
 
     With `any_change` the parameters may have other values within their tolerances in each period of
     the loop, held within it: however fast they change, loops stay stable with all factors of their

@@ -3,11 +3,12 @@
     x[n+1] = A x[n] + B w[n],   y[n] = C x[n] + D w[n],   low <= w <= high
     max y[n] = C A^n x0 + sum over m of max(h[m] low, h[m] high),   h[m] = C A^m B
 
-The powers of A are computed in doubles, each from the one before: P[m+1] = A P[m] + d[m], with d[m] bounded as
-rounding is. So A^m is off by at most the sum of |A^(m-1-j)| |d[j]|, and all powers together by S times the sum of
-|d|, S the sum of their norms. Beyond N powers the rest is that of a geometric series, by |A^N| < 1: the sum of
-|C A^m B| over m >= N is at most the sum of |C A^m| over m < N, times |A^N B| / (1 - |A^N|). Norms are those of
-largest entries, of states that are scaled by powers of two.
+The powers of A are computed in doubles, each from the one before: P[m+1] = A P[m] + d[m], with d[m]
+bounded as rounding is. So A^m is off by at most the sum of |A^(m-1-j)| |d[j]|, and all powers
+together by S times the sum of |d|, S the sum of their norms. Beyond N powers the rest is that of a
+geometric series, by |A^N| < 1: the sum of |C A^m B| over m >= N is at most the sum of |C A^m| over
+m < N, times |A^N B| / (1 - |A^N|). Norms are those of largest entries, of states that are scaled by
+powers of two.
 """
 
 from collections.abc import Iterator, Sequence

@@ -1,9 +1,9 @@
 """Norms for a path at rest: of A, and of I - R M with the R that leaves most room.
 
-I - R M is R's image of what M is off by: for a norm that is given it is convex in R. In the coordinates of T, with
-K = T^-1 R M T, both are moved: I - (I + Y) K (I + X) has the slopes - u (K (I + X) v)' by Y and -
-(K' (I + Y)' u) v' by X, of its singular vectors. It is that of T (I + X) and T (I + X) (I + Y) T^-1
-R.
+I - R M is R's image of what M is off by: for a norm that is given it is convex in R. In the
+coordinates of T, with K = T^-1 R M T, both are moved: I - (I + Y) K (I + X) has the slopes - u (K
+(I + X) v)' by Y and - (K' (I + Y)' u) v' by X, of its singular vectors. It is that of T (I + X) and
+T (I + X) (I + Y) T^-1 R.
 """
 
 import math

@@ -1,8 +1,8 @@
 """Sources at rest or on an orbit: what follows from the time alone is constant from a time on, or comes round.
 
-A sine of frequency f is the same after n / f seconds, and pulses are after n repetitions. So they come round after
-some periods of the schedule if these are a whole number of cycles. A frequency is the nearest double to the fraction
-of the rate that it stands for.
+A sine of frequency f is the same after n / f seconds, and pulses are after n repetitions. So they
+come round after some periods of the schedule if these are a whole number of cycles. A frequency is
+the nearest double to the fraction of the rate that it stands for.
 """
 
 import math

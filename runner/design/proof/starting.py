@@ -29,8 +29,8 @@ orbit a period is the whole of it, so that this is the mean over the orbit of th
 
 A loop among continuous blocks is opened at a wire between them: x' = A x + B u, y = C x. The rates
 of its group are called with balls for the parameters of the blocks, and with dual numbers on them,
-as a tick is. What discrete
-blocks give is held, so that loops through them are open: those of `margins` at such a wire.
+as a tick is. What discrete blocks give is held, so that loops through them are open: those of
+`margins` at such a wire.
 """
 
 from collections.abc import Mapping, Sequence

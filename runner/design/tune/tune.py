@@ -150,8 +150,7 @@ def tune(graph: GraphSource | Tuning, *, progress: Progress | None = None, **tab
 
     `free` and `goals`, and if wanted `points`, `tolerances`, `at`, `starts`, `samples` and `seed`,
     are tables and numbers as in `[tune]` of a graph file; or give a `Tuning`, as `read_tuning`
-    returns it. Ctrl-C ends the search;
-    the best point so far is the result.
+    returns it. Ctrl-C ends the search; the best point so far is the result.
 
         tune(graph, free={"pid.integral": {"at_least": "1 1/s", "at_most": "100 1/s"}},
              goals={"phase": {"loop": "main", "figure": "phase_margin", "at_least": "60 deg"},
@@ -232,8 +231,8 @@ def _outcome(
 def _multipliers(at: TriedPoint, tuning: Tuning) -> tuple[dict[str, float], dict[str, str]]:
     """Return by how much each goal worsens the objective, and the bounds that do.
 
-    At an optimum the gradient of the goal is a sum, with positive factors, of gradients of binding limits. Where a
-    hard goal is missed, the worst slack is sought.
+    At an optimum the gradient of the goal is a sum, with positive factors, of gradients of binding
+    limits. Where a hard goal is missed, the worst slack is sought.
     """
     missed = at.violation > _MET
     if not at.defined or not (missed or at.objectives):

@@ -8,8 +8,7 @@ deviations.
 Correlated deviates: places p of a group of m go to z = max|p| t d with d = R p, R the matrix of
 correlations. t is the largest with |z_i| <= 3 for each and z' R^-1 z <= 9 m: nothing less likely
 than the corner of m independent ones counts. Alone, a parameter takes the others along to their
-expected values, and opposite ends of two that are fully
-correlated do not exist.
+expected values, and opposite ends of two that are fully correlated do not exist.
 """
 
 import math

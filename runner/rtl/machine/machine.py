@@ -2,8 +2,7 @@
 
 The clock has the lowest rate that the rates of all blocks divide. A slower block is enabled at its
 own ticks; a net slower than one of its readers is kept in between. Outputs of blocks outside are
-inputs of the machine; whatever they
-or probes read are its outputs.
+inputs of the machine; whatever they or probes read are its outputs.
 """
 
 from collections.abc import Mapping

@@ -65,8 +65,8 @@ def prove(reference: Reference, verilog: str, guesses: Collection[Interval] = ()
     """Compare the module `reference.name` of a Verilog text with its reference; `seconds` is the
     limit for a goal.
 
-    `guesses` are likely ranges of values. They help with hard goals, and are proved before they are used.
-    Raises `ModelError` for a text that Yosys refuses, or that lacks a port or register of the
+    `guesses` are likely ranges of values. They help with hard goals, and are proved before they are
+    used. Raises `ModelError` for a text that Yosys refuses, or that lacks a port or register of the
     reference.
     """
     began = perf_counter()

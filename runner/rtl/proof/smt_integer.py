@@ -1,9 +1,9 @@
 """Integers as SMT words: a step function that runs on them becomes the specification of a proof.
 
-An `SmtInteger` is two's complement, as wide as its bounds need, so that no operation can overflow. It implements all
-of `Mantissa` and shares nothing with the tracer: it has its own bounds, branches and folding, so
-that a proof finds a fault of the tracer and does not repeat it. A plain `if` is followed both ways,
-and the results are merged.
+An `SmtInteger` is two's complement, as wide as its bounds need, so that no operation can overflow.
+It implements all of `Mantissa` and shares nothing with the tracer: it has its own bounds, branches
+and folding, so that a proof finds a fault of the tracer and does not repeat it. A plain `if` is
+followed both ways, and the results are merged.
 """
 
 import operator

@@ -25,9 +25,9 @@ constants under reset are the starts.
 
 So a value of stage k is in clock n >= k what that netlist makes of inputs and registers of tick n -
 k. By induction over n, and in a clock over operations, whose operands have one stage: of inputs it
-is said so. p holds D(p) of clock
-n - 1, which has stage k - 1: that of tick n - k. r holds its start up to clock k, and since then
-has taken D(r) of ticks 0 to n - k - 1, which are the values that Python gives it.
+is said so. p holds D(p) of clock n - 1, which has stage k - 1: that of tick n - k. r holds its
+start up to clock k, and since then has taken D(r) of ticks 0 to n - k - 1, which are the values
+that Python gives it.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -46,8 +46,8 @@ _MOST_CLOCKS = 1000  # until timers have come to rest
 
 @dataclass(frozen=True)
 class PipelineFindings:
-    """Findings: `transparent` has the terms to put in the place of timers and registers of the pipeline, `late`
-    the stages of the blocks' registers, by name.
+    """Findings: `transparent` has the terms to put in the place of timers and registers of the
+    pipeline, `late` the stages of the blocks' registers, by name.
 
     `checks` counts the registers and outputs that were looked at, `faults` says what is wrong with
     them.

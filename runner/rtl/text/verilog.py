@@ -1,8 +1,8 @@
 """A module as Verilog-2001: one operator a line, every wire exactly as wide as the range of its value.
 
-Wires are signed, truth values one bit without sign; literals are exactly as wide as their value. So the text
-relies on no rule of Verilog about widths or signs but sign extension. A line ends with the line of Python that made
-it, with its text the first time.
+Wires are signed, truth values one bit without sign; literals are exactly as wide as their value. So
+the text relies on no rule of Verilog about widths or signs but sign extension. A line ends with the
+line of Python that made it, with its text the first time.
 """
 
 import linecache

@@ -11,8 +11,7 @@ values.
 
 Of a parameter that follows a formula and has a spread or drift of its own, x is the part that is
 its own: what the parameter would be if nothing that it follows from were spread or drifted. So what
-several parameters follow from is
-one factor, and what each adds to it is another.
+several parameters follow from is one factor, and what each adds to it is another.
 """
 
 from collections.abc import Iterator, Mapping

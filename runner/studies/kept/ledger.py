@@ -2,9 +2,8 @@
 
 A row is a stretch of consecutive runs, under the number of the first, with eight-byte floats in the
 order of runs, epochs and measures: a row for each run would take as long as the run itself where
-runs are short. No run is in two
-of them, so no run is done twice. Each has a check sum of itself and of the facts that determine its
-bits.
+runs are short. No run is in two of them, so no run is done twice. Each has a check sum of itself
+and of the facts that determine its bits.
 """
 
 import difflib

@@ -1,7 +1,8 @@
 """Influences on the measures of a study at each of its points and epochs, as values and as rows for other tools.
 
-Without drift one epoch says everything; with drift, a measure depends on changes since the last calibration. Points
-and intervals between calibrations are never mixed, unless there are too many for separate tables.
+Without drift one epoch says everything; with drift, a measure depends on changes since the last
+calibration. Points and intervals between calibrations are never mixed, unless there are too many
+for separate tables.
 """
 
 import math

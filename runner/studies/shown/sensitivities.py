@@ -7,8 +7,8 @@ part of the scatter due to one parameter, and on ranks this holds for any monoto
 Student's: t s sqrt(diag((X'X)^-1)), s^2 the residuals over n - d - 1 (Draper and Smith, "Applied
 regression analysis", 3rd ed. (1998), section 5.2).
 
-The share of a factor is b_i s_i / s_y times its correlation with y (Pratt 1987): shares add up to R^2, also
-of factors that are correlated.
+The share of a factor is b_i s_i / s_y times its correlation with y (Pratt 1987): shares add up to
+R^2, also of factors that are correlated.
 
 Factors that move together, with a correlation beyond 0.9 by three standard errors of Fisher's atanh
 r, 1 / sqrt(n - 3), are one: their joint effect X_g b_g is known well even if their separate effects

@@ -65,12 +65,11 @@ def run_study(
     With `dask`, workers of a Dask cluster compute instead of threads: give the address of a
     scheduler, or "local" or "local:4" for processes of this machine.
 
-    With a `folder`, every run is written to a ledger there. After Ctrl-C, SIGTERM or a crash the same call continues
-    to the same bits; more runs may be asked for later. Ctrl-C ends the study after the runs under
-    way, and the result has the runs that are done. A damaged ledger is refused; `repair` keeps its
-    whole runs, and runs the others again.
-    A study with `stop` ends when its means are known well enough; `planned_runs` of the result says
-    after how many.
+    With a `folder`, every run is written to a ledger there. After Ctrl-C, SIGTERM or a crash the
+    same call continues to the same bits; more runs may be asked for later. Ctrl-C ends the study
+    after the runs under way, and the result has the runs that are done. A damaged ledger is
+    refused; `repair` keeps its whole runs, and runs the others again. A study with `stop` ends when
+    its means are known well enough; `planned_runs` of the result says after how many.
 
     Raises `ModelError` if the study is wrong, or the ledger in the folder is damaged or belongs to
     another graph or study; `RunError` if the cluster fails.

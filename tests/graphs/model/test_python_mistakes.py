@@ -71,6 +71,7 @@ def test_a_wire_is_one_text(wires: Any) -> None:
         (lambda: proofmass.run_study("x.toml", jobs=2), r"did you mean threads\?"),
         (lambda: GRAPH.run(), r"simulate is a function: proofmass\.simulate\(graph\)"),
         (lambda: GRAPH.plot(), r"a result draws itself, as simulate\(graph\)\.plot\(\)"),
+        (lambda: GRAPH.load(), r"a graph has no attribute 'load'$"),
         (lambda: GRAPH.bode(), r"margins is a function: proofmass\.margins\(graph\)"),
         (lambda: GRAPH.set("gain.gain", 2), r'graph\.with_parameters\(\{"block\.parameter": \.\.\.\}\)'),
         (lambda: setattr(GRAPH, "rate", "2 kHz"), r'graph = graph\.with_parameters\(\{"rate": \.\.\.\}\)'),

@@ -1,5 +1,7 @@
 """Every example of every help runs from an empty folder, as it is written, after those above it."""
 
+import itertools
+import re
 import shutil
 from importlib.util import find_spec
 from runpy import run_path
@@ -60,6 +62,17 @@ def test_the_examples_of_the_help_run(name: str, command: Command) -> None:
             pytest.skip(f"no tool for {', '.join(missing)}")
         answer = command(*words)
         assert answer.code == (DIFFERS if name == words[0] == "diff" else 0), f"{words}: {answer.err}"
+
+
+@pytest.mark.parametrize("name", cli.commands)
+def test_an_example_goes_on_behind_a_backslash_alone(name: str) -> None:
+    """Else its second line would be a command of its own in a shell."""
+    parts = re.split(r"\x08\n", cli.commands[name].help or "")[1:]
+    blocks = [[line.strip() for line in part.split("\n\n")[0].strip().splitlines()] for part in parts]
+    examples = [block for block in blocks if block[0].startswith("proofmass")]
+    assert examples
+    pairs = (pair for block in examples for pair in itertools.pairwise(block))
+    assert not [after for before, after in pairs if not (before.endswith("\\") or after.startswith("proofmass"))]
 
 
 @pytest.mark.friendly(4, "no example needs a clone of the repository")

@@ -32,6 +32,12 @@ def test_several_sources_are_told_with_the_line_to_write(capsys: pytest.CaptureF
     assert "write proofmass response GRAPH acceleration.output dac.code" in told
 
 
+def test_sources_of_a_probe_that_a_subgraph_exports_are_told_too(capsys: pytest.CaptureFixture[str]) -> None:
+    told = said(capsys, "response", "library:six_axis_imu", code=1)
+    assert "turn.output" in told
+    assert "GRAPH gravity.output gyroscope_x.output" in told
+
+
 HIGH_PASS = """name = "high pass"
 rate = "10 kHz"
 wires = ["step.output -> filter.input"]
