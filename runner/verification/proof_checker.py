@@ -1,9 +1,8 @@
 """Checker of certificates of proofs over tolerances. It shares no code with the search that found them.
 
-A certificate says that the poles of a loop lie in a disc, of rates in a half plane, for all
-parameters and factors between their ends. Its leaves have the open loop [A B; C D] at the corners
-of a box, bounds of what lies beyond them, a disc and a matrix T. That these enclose those of the
-graph is taken for granted. In whole numbers of 2^-300 it verifies:
+A certificate says that the poles of a loop lie in a disc, of rates in a half plane, for all parameters and factors
+between their ends. Its leaves have the open loop [A B; C D] at the corners of a box, bounds of what lies beyond them, a
+disc and a matrix T. That these enclose those of the graph is taken for granted. In whole numbers of 2^-300 it verifies:
 
 1. the hash of the certificate, that factors and discs are those of its claim, and that the leaves cover all;
 2. that all closed loops M less the centre of a disc have a norm below its radius r in coordinates of T: r^2 I - B'B has
