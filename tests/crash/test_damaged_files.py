@@ -25,7 +25,7 @@ from proofmass.runner.studies.outcome.outcomes import SensorRun, outcomes_of
 from proofmass.runner.studies.whole.study import run_study
 from tests.runner.run.test_checkpoint import interrupt_after, made
 
-AMOUNTS = [20, pytest.param(1000, marks=pytest.mark.exhaustive)]
+AMOUNTS = [12, pytest.param(1000, marks=pytest.mark.exhaustive)]
 STUDY = """
 name = "level"
 rate = "1 kHz"

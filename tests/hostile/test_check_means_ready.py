@@ -43,7 +43,7 @@ def number_changed(data: bytes, draw: random.Random) -> bytes:
     return b"\n".join(lines)
 
 
-@pytest.mark.exhaustive(but=2)
+@pytest.mark.exhaustive(but=1)
 @pytest.mark.defect("F7", before="ready to run; the run then refuses", after="what check passes, a run takes")
 @pytest.mark.parametrize("damage", [*DAMAGES, number_changed], ids=lambda damage: damage.__name__)
 def test_what_check_passes_a_run_does_not_refuse(

@@ -86,7 +86,7 @@ def problems_of_file(file: Path) -> tuple[Problem, ...]:
         return error.problems
 
 
-@pytest.mark.exhaustive(but=2)
+@pytest.mark.exhaustive(but=1)
 @pytest.mark.parametrize("damage", DAMAGES, ids=lambda damage: damage.__name__)
 @pytest.mark.friendly(9, "damaged files are read, or refused with their line")
 def test_a_damaged_file_is_read_or_refused_with_file_and_line(

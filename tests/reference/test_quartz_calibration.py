@@ -153,7 +153,7 @@ def scatter_by_spectra(seconds: int, pattern: str) -> float:
     return micro_g * MICRO_G * -SCALE_FACTOR / 71738.85 * 1e6
 
 
-@pytest.mark.exhaustive(but=4)
+@pytest.mark.exhaustive(but=2)
 @pytest.mark.parametrize("seconds", [20, 100, 400, 2000])
 @pytest.mark.parametrize("pattern", PATTERNS)
 def test_patience_pays_only_with_a_pattern(seconds: int, pattern: str) -> None:

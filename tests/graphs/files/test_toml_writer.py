@@ -85,14 +85,14 @@ def test_the_library_reads_back(path: Any) -> None:
 
 
 @given(graphs())
-@settings(max_examples=settings.default.max_examples // 2)
+@settings(max_examples=settings.default.max_examples // 5)
 @pytest.mark.friendly(17, "so are random graphs")
 def test_any_graph_reads_back(graph: Graph) -> None:
     assert_same(graph)
 
 
 @given(graphs(depth=2))
-@settings(max_examples=settings.default.max_examples // 6)
+@settings(max_examples=settings.default.max_examples // 12)
 def test_any_graph_with_subgraphs_reads_back_and_its_flat_form_too(graph: Graph) -> None:
     assert_same(graph)
     flat = flatten(graph)

@@ -153,6 +153,7 @@ def test_a_click_on_a_plot_shows_what_the_wires_hold(browser: Any, report: Path)
     page.context.close()
 
 
+@pytest.mark.exhaustive("dark")
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_a_telephone_shows_all_of_it(browser: Any, report: Path, scheme: str) -> None:
     page, lines = opened(browser, (report / "report.html").as_uri(), color_scheme=scheme)

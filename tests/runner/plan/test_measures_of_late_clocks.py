@@ -57,7 +57,7 @@ OPTIONS = {
 Array = npt.NDArray[np.float64]
 
 
-@pytest.mark.parametrize("count", amounts(48, 512))
+@pytest.mark.parametrize("count", amounts(16, 512))
 @pytest.mark.parametrize("engine", ["python", "compiled"])
 @pytest.mark.defect("S214", before="phase 0.5885 rad of a clock 0.3 ms late", after="0.4 rad")
 def test_all_statistics_in_random_windows(tmp_path: Path, engine: EngineName, count: int) -> None:

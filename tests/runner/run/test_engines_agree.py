@@ -114,7 +114,7 @@ def test_every_stepped_block_with_two_random_parameter_sets(kind: type[Block], t
 
 
 @pytest.mark.exhaustive(but=5)
-@pytest.mark.parametrize("samples", amounts(1200, SAMPLES))
+@pytest.mark.parametrize("samples", amounts(400, SAMPLES))
 @pytest.mark.parametrize("path", WALKED)
 def test_every_example_graph(path: Path, samples: int) -> None:
     """A sample is longer than a period of 1023 chips."""

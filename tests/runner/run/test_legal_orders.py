@@ -34,7 +34,7 @@ def outcome(engine: type[Interpreter] | type[CompiledLoop], planned: Plan) -> tu
     return [array.tobytes() for array in rows], ticks, runs.memory()
 
 
-@pytest.mark.parametrize("count", amounts(12, 470))
+@pytest.mark.parametrize("count", amounts(5, 470))
 def test_random_graphs_in_other_orders(count: int, tmp_path: Path) -> None:
     kinds: Counter[type] = Counter()
     orders = ran = parts = several_rates = driven = 0

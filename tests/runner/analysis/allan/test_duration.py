@@ -11,6 +11,7 @@ from tests.by_hand.deviations import deviation_at
 RATE = 10.0
 
 
+@pytest.mark.exhaustive(but=1)
 @pytest.mark.parametrize(("kind", "factor", "error"), [("white", 20, 0.1), ("white", 5, 0.05), ("walk", 20, 0.1)])
 def test_series_of_that_length_scatter_so_much(kind: str, factor: int, error: float) -> None:
     draw = np.random.default_rng(8)

@@ -10,6 +10,7 @@ import pytest
 
 from proofmass.runner.analysis.linearisation.rational import Transfer
 from proofmass.runner.analysis.margins.swept import SweptAxis
+from tests.by_hand.amounts import amounts
 from tests.by_hand.axis_by_grid import ByGrid, random_loops
 from tests.by_hand.axis_questions import compared
 
@@ -20,8 +21,9 @@ def axis_of(above: list[int], below: list[int]) -> SweptAxis:
     )
 
 
-def test_random_loops() -> None:
-    for loop in random_loops(True, 40):
+@pytest.mark.parametrize("count", amounts(10, 40))
+def test_random_loops(count: int) -> None:
+    for loop in random_loops(True, count):
         compared(axis_of(loop.above, loop.below), loop, rel=1e-7)
 
 

@@ -33,6 +33,7 @@ def test_the_legend_has_the_lines_that_are_in_the_picture(changes: dict[str, str
     assert left.get_ylim()[1] == pytest.approx(2.0 * max(every.get_ydata()), rel=1e-12)
 
 
+@pytest.mark.exhaustive(but=1)
 @pytest.mark.parametrize("size", [1e-24, 1e24])
 def test_lines_end_at_a_part_of_the_largest_amplitude(size: float) -> None:
     """At 1e-8 of it, whatever the unit: six of eleven amplitudes, each 10^-1.5 of the one before."""

@@ -35,6 +35,7 @@ def switched_notch() -> Graph:
     return Graph(name="switched notch", rate=1000, blocks=blocks, wires=wires, rates=rates, duration="2 s")
 
 
+@pytest.mark.exhaustive("1 s")
 @pytest.mark.defect("S826", before="37 times too much", after="those whose integral is the mean square")
 @pytest.mark.parametrize("at", ["0 s", "1 s"])
 def test_densities_add_up_to_the_mean_square(at: str) -> None:

@@ -41,7 +41,7 @@ def two_rates() -> Graph:
     return Graph(name="", rate="1 kHz", blocks=blocks, wires=wires, rates={"control": "200 Hz"})
 
 
-@pytest.mark.exhaustive("sine")
+@pytest.mark.exhaustive("sine", "prbs")
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_linear_graph_of_two_rates(two_rates: Graph, kind: StimulusKind) -> None:
     """The deviation is what the transient leaves, whatever signals and noise the graph has besides."""

@@ -92,7 +92,7 @@ def test_what_a_change_may_swing_up_is_not_proved() -> None:
     assert swung(swing(0.1), 0.1) > 1.03
     loop = swing(0.1)
     assert all(loop.radius(loop.values | {"first.stiffness": 1e4 + 50.0 * k}) < 1.0 for k in range(-20, 21))
-    (stable, *_) = changing(loop, seconds=3.0).proofs
+    (stable, *_) = changing(loop, seconds=1.0).proofs
     assert (stable.status, stable.searched.boxes) == ("open", 1)
     assert "all of the tolerances at once; with parameters that stay it is" in stable.searched.why
     assert swung(swing(0.02), 0.02) < 1.0
@@ -160,7 +160,7 @@ def test_claims_of_parameters_that_stay_are_none_under_any_change() -> None:
             check_certificate(forged(certificate(proofs), changing_too))
 
 
-SAMPLE = (0, 2, 5, 9, 11)
+SAMPLE = (0, 5, 9)
 
 
 @pytest.mark.parametrize("seed", chosen(SAMPLE, [seed for seed in range(80) if seed not in SAMPLE]))

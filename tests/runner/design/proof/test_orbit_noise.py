@@ -115,7 +115,7 @@ def test_noise_without_a_bound_on_an_orbit_is_not_proved() -> None:
 NAMES = {"level": "level.value", "gain": "gain.gain", "shake": "shake.gain", "depth": "depth.gain"}
 
 
-@pytest.mark.parametrize("seed", chosen((1, 2), (0, *range(3, 30))))
+@pytest.mark.parametrize("seed", chosen((1,), (0, *range(2, 30))))
 def test_no_proof_and_no_refutation_is_false(seed: int) -> None:
     """Corners and random places of a box, by covariances of a program of its own."""
     rng = random.Random(seed)

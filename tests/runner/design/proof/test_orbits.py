@@ -169,7 +169,7 @@ def test_coefficients_are_those_of_each_sensor(off: float) -> None:
 NAMES = {"level": "level.value", "gain": "gain.gain", "shake": "shake.gain", "depth": "depth.gain"}
 
 
-@pytest.mark.parametrize("seed", chosen((1, 2), (0, *range(3, 24))))
+@pytest.mark.parametrize("seed", chosen((1,), (0, *range(2, 24))))
 def test_random_loops_have_no_false_proof(seed: int) -> None:
     """Corners and random places of a box, with factors at the wire, by a program of its own."""
     rng = random.Random(seed)

@@ -204,10 +204,7 @@ def _random_graph(draw: random.Random) -> tuple[Graph, dict[str, float], Any]:
     return read_graph_text(text).with_parameters(values), values, (rest, poles)
 
 
-SAMPLE = (1, 2)
-
-
-@pytest.mark.parametrize("seed", chosen(SAMPLE, (0, *range(3, 60))))
+@pytest.mark.parametrize("seed", chosen((1,), (0, *range(2, 60))))
 def test_no_proof_and_no_refutation_is_false(seed: int) -> None:
     """All corners and 200 random places of a box."""
     draw = random.Random(seed)

@@ -94,6 +94,7 @@ def test_answers_and_certificates_are_those_of_one_process(workers: int, alone: 
     assert children() <= before
 
 
+@pytest.mark.exhaustive
 def test_boxes_are_looked_at_in_other_processes(tmp_path: Path, monkeypatch: Patch) -> None:
     with in_children(monkeypatch, lambda box: (tmp_path / str(os.getpid())).touch()):
         proofs(2)
@@ -135,6 +136,7 @@ def test_an_exception_in_a_process_is_met_here_in_its_turn(alone: Proofs, monkey
         proofs(2)
 
 
+@pytest.mark.exhaustive
 def test_a_process_that_hangs_does_not_hang_the_search(monkeypatch: Patch) -> None:
     begin = time.monotonic()
     with in_children(monkeypatch, lambda box: time.sleep(600.0)):

@@ -56,6 +56,7 @@ def test_margins_are_those_of_the_closed_form(evaluator: Evaluator, gain: float)
     assert wide.slopes["controller.gain"] == pytest.approx(by_gain, rel=1e-6)
 
 
+@pytest.mark.exhaustive(but=1)
 @pytest.mark.parametrize(("name", "step"), [("controller.gain", 2.0), ("plant.gain", 0.02)])
 def test_a_measure_moves_as_its_values_do(evaluator: Evaluator, name: str, step: float) -> None:
     values = {"controller.gain": 100.0, "plant.gain": 1.0}

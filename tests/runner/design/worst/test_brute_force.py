@@ -133,7 +133,7 @@ SYSTEMS = {
 SLOW = ("integrating", "coupled", "quartz")  # a worst case takes seconds
 
 
-@pytest.mark.parametrize("count", amounts(200, 100_000))
+@pytest.mark.parametrize("count", amounts(50, 100_000))
 @pytest.mark.parametrize("name", [name for name in SYSTEMS if name not in SLOW])
 def test_nothing_is_worse(name: str, count: int) -> None:
     nothing_is_worse(SYSTEMS[name], count)

@@ -17,7 +17,7 @@ from tests.by_hand.amounts import amounts
 from tests.by_hand.compiled import compiled
 from tests.by_hand.integer_code import compile_step
 
-TICKS = amounts(2_000, 20_000)
+TICKS = amounts(600, 20_000)
 REFERENCE_TICKS = 400
 
 # -- integrator ----------------------------------------------------------------------------------------------------

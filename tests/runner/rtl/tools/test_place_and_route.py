@@ -128,6 +128,7 @@ def test_a_shift_register_is_placed_and_routed(family: ChipFamily, least: float)
     assert re.search(r"nextpnr-\w+ [\d.]+\w*, seed 1, ports not registered", clock.told)
 
 
+@pytest.mark.exhaustive(but=1)
 @pytest.mark.parametrize("block", [FixedGain(), FixedProduct(), FixedDelay()])
 def test_nothing_between_registers_is_no_clock(block: Any) -> None:
     pytest.importorskip("pyosys")

@@ -63,6 +63,7 @@ def own_study(folder: Path) -> Study:
     return read_study(folder / "study.toml", load_own_blocks(folder / "triple.py"))
 
 
+@pytest.mark.exhaustive("python")
 @pytest.mark.parametrize("engine", ["python", "compiled"])
 @pytest.mark.friendly(35, "workers of Dask give one digest")
 def test_one_digest(engine: Any, study: Study, address: str, tmp_path: Path) -> None:
