@@ -26,7 +26,7 @@ from tests.by_hand.study_texts import STUDY
 
 KILLS = int(os.environ.get("PROOFMASS_KILLS", "20"))
 START = 0.4  # seconds in which a study has hardly begun
-LONGEST = 2.5  # seconds that a study lives before it is killed
+LONGEST = 1.5  # seconds that a study lives before it is killed
 LONGEST_OF_WORKERS = 0.6  # seconds that one with workers does, after it has gone on
 
 
@@ -46,7 +46,7 @@ def command(path: Path, folder: Path, runs: int) -> list[str]:
 def test_killed_at_random_instants(more: list[str], kills: int, tmp_path: Path) -> None:
     path, folder, dice = tmp_path / "study.toml", tmp_path / "out", random.Random(7)
     path.write_text(STUDY)
-    runs = (10 if more else 40) * (kills + 1)
+    runs = (10 if more else 24) * (kills + 1)
     expected = run_study(read_study(path), runs=runs, folder=tmp_path / "whole")
     killed, before = 0, dict[int, bytes]()
     while killed < kills:

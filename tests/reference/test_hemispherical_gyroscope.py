@@ -177,7 +177,7 @@ def test_whole_angle_turns_by_the_angular_gain() -> None:
     assert ways[0]["turned"].value - ways[1]["turned"].value == pytest.approx(-2.0 * K * math.radians(300.0), rel=3e-6)
 
 
-@pytest.mark.exhaustive("30")
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("degrees", [0.0, 30.0])
 def test_forces_that_hold_a_pattern(degrees: float) -> None:
     """The drift makes a bias of -drift / k; stiffness takes m w dw a sin 2(g - t) of a force to null its quadrature."""

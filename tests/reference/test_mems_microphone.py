@@ -102,6 +102,7 @@ def test_noise_of_gas_vent_and_amplifier() -> None:
     assert math.sqrt(np.mean(expected)) == pytest.approx(4.4e-6, rel=0.2)  # Pa/sqrt(Hz): some 30 dB SPL in all
 
 
+@pytest.mark.exhaustive(but=1)
 @pytest.mark.parametrize("level", [114, 120])
 def test_harmonics_are_those_of_the_parasitic_capacitance(level: int) -> None:
     """y / (1 - b y) has a second harmonic of b / 2 times the peak of y."""

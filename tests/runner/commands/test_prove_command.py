@@ -96,6 +96,7 @@ def test_bounds_have_the_least_that_was_found_beside_them(loop: str, capsys: Cap
     assert f"{found:.2f} dB" in capsys.readouterr().out
 
 
+@pytest.mark.exhaustive
 def test_other_claims_and_a_second_call_that_goes_on(loop: str, capsys: Captured, monkeypatch: Patch) -> None:
     others = ["--disk-margin", "1", "--delay-margin", "5 ms", "--decay-rate", "50 1/s"]
     words = ["prove", loop, "--tolerance", "controller.gain=10 %", *others, "--out", "proof.json", "--quiet"]
@@ -128,6 +129,7 @@ def test_limits_and_bounds_of_a_scale_factor(loop: str, capsys: Captured) -> Non
     assert "did you mean plant" in capsys.readouterr().err
 
 
+@pytest.mark.exhaustive
 def test_a_limit_of_noise(loop: str, capsys: Captured) -> None:
     words = ["prove", loop, "--tolerance", "controller.gain=10 %", "--noise"]
     assert main([*words, "plant.output=0.006", "--out", "proof.json", "--quiet"]) == 0

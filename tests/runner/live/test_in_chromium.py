@@ -171,6 +171,7 @@ def test_a_telephone_shows_all_of_it(browser: Any, report: Path, scheme: str) ->
     page.context.close()
 
 
+@pytest.mark.exhaustive
 def test_without_scripts_the_report_remains(browser: Any, report: Path) -> None:
     page, lines = opened(browser, (report / "report.html").as_uri(), java_script_enabled=False)
     heads = page.locator("h2").all_inner_texts()

@@ -112,7 +112,7 @@ def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("small_chunks")
 class TestGoingOn:
-    @pytest.mark.exhaustive(but=2)
+    @pytest.mark.exhaustive(but=1)
     @pytest.mark.parametrize("streamed", [False, True], ids=["in memory", "streamed"])
     @pytest.mark.parametrize("engine", ENGINES)
     @settings(

@@ -133,6 +133,7 @@ def _another_norm(c: Any) -> None:
     claim["leaves"][0]["transform"] = [[2.0 * value for value in row] for row in claim["leaves"][0]["transform"]]
 
 
+@pytest.mark.exhaustive
 def test_parts_with_norms_of_their_own_prove_nothing_under_any_change(in_parts: Proofs) -> None:
     """Twice a norm shortens the same vectors: only the claim under any change is another."""
     text = forged(certificate(in_parts), _another_norm)

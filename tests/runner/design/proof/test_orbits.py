@@ -254,6 +254,7 @@ def test_what_does_not_come_round_is_open_with_the_reason(source: str, given: An
 # -- certificates ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.exhaustive
 def test_a_certificate_says_on_which_orbit_and_is_taken_up_again(proved: Proofs) -> None:
     text = certificate(proved)
     assert check_certificate(text)[0].startswith("main, stable on an orbit of 0.004 s: 1 box, ")

@@ -82,6 +82,7 @@ def test_bounds_of_other_claims_come_near_the_least_there_are() -> None:
         assert proof.least.margin == pytest.approx(truth, rel=1e-6)
 
 
+@pytest.mark.exhaustive
 def test_a_delay_margin_below_a_sample_is_proved() -> None:
     """At 1600 /s two samples are too many: the phase that is left turns by half a turn in a sample at most."""
     graph = GRAPH.with_parameters({"gain.gain": 1600.0})
@@ -243,6 +244,7 @@ def test_what_a_certificate_says_is_proved_anew(proved: Proofs) -> None:
     assert known_proofs(json.dumps(content), "another") == known_proofs("damaged", "") == KnownProofs(())
 
 
+@pytest.mark.exhaustive
 def test_an_interrupted_search_keeps_what_is_proved(monkeypatch: pytest.MonkeyPatch) -> None:
     """The delay margin has several parts, of which it looks at one."""
 
