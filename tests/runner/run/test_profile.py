@@ -1,12 +1,13 @@
 """The profile of a run: the bits of the plain loop, every block among the parts, and times that grow with the work."""
 
 import json
+import math
 from typing import Any
 
 import pytest
 
 from proofmass import Graph, block
-from proofmass.blocks import Constant, Difference, Gain, Sine, Sum
+from proofmass.blocks import Comparator, Constant, Counter, Difference, Gain, Sine, Sum, Switch
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
@@ -90,6 +91,21 @@ def test_a_loop_that_is_solved_within_a_tick_is_a_part() -> None:
     [solved] = [part for part in loop.parts if part.startswith("loop of ")]
     assert solved.removeprefix("loop of ") in {"error", "gain"}
     assert "more" in loop.parts
+
+
+def test_numbers_of_each_kind_go_through_what_holds_them() -> None:
+    """A number is held between two looks at the clock: a float, an integer and a truth value, each in its register."""
+    blocks = {"sine": Sine(amplitude=2.0, frequency=90.0), "count": Counter(modulus=2**40), "zero": Constant(value=0.0)}
+    blocks |= {"above": Comparator(), "chosen": Switch()}
+    wires = ["sine.output -> above.input", "above.on -> chosen.choose_first", "sine.output -> chosen.first"]
+    wires += ["zero.output -> chosen.second"]
+    probes = ["chosen.output", "count.count"]
+    graph = Graph(name="", rate="1 kHz", blocks=blocks, wires=wires, probes=probes)
+    rows = [profiling.np.empty(20), profiling.np.empty(20, dtype=int)]
+    profiling.ProfiledLoop(profiling.plan(graph), 0).advance(20, rows)
+    wave = [2.0 * math.sin(2.0 * math.pi * 0.09 * n) for n in range(20)]
+    assert rows[0] == pytest.approx([max(value, 0.0) for value in wave], abs=1e-12)
+    assert rows[1].tolist() == list(range(20))
 
 
 @pytest.mark.exhaustive
