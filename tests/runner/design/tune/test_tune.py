@@ -103,6 +103,14 @@ def test_measures_and_soft_limits_are_goals_too() -> None:
     assert (tuned.goals[2].after or 0.0) == pytest.approx(20.0, rel=1e-3), "the slowest that is allowed: most phase"
 
 
+def test_an_objective_without_limits_is_followed_to_a_bound() -> None:
+    """The bandwidth grows with the gain."""
+    tuned = tune(
+        GRAPH, free={"controller.gain": {"at_least": 1, "at_most": 300}}, goals={"fast": FAST}, samples=4, starts=1
+    )
+    assert tuned.parameters["controller.gain"] == pytest.approx(300.0, rel=1e-9)
+
+
 @pytest.mark.exhaustive
 def test_it_gets_out_of_an_unstable_start() -> None:
     wild = GRAPH.with_parameters({"controller.gain": 1500.0})
