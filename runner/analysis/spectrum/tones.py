@@ -12,10 +12,11 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+from scipy.optimize import brentq
 
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.analysis.spectrum.welch import Spectrum
-from proofmass.runner.analysis.spectrum.windows import half_lobe
+from proofmass.runner.analysis.spectrum.windows import half_lobe, transform, window
 from proofmass.runner.host.arrays import Array
 
 HARMONICS = 9  # above the tone
@@ -23,6 +24,7 @@ _NEIGHBOURS = 8  # lobes, on each side of a tone
 _BESIDE = 2  # lobes on either side of a tone, by whose lines the noise beneath it is known
 _OUTSTANDING = 30.0  # a line of white noise is as high above its median once in 1e9
 _ROOM = 3  # lobes that a tone, the mean and noise need
+_ON_A_LINE = 1e-12  # part of a line from it
 COHERENT = 1e-2  # part of a cycle by which a coherent tone may miss a whole number of cycles
 
 
@@ -48,11 +50,17 @@ class Tones:
     spur: float  # Hz, of the largest line beside the tone
     enob: float  # bits of a converter that the tone fills
     cycles: float  # of the tone in a segment
+    leaked: float  # rms of the tone that the window lets out of its main lobe, and that counts as noise
 
     @property
     def coherent(self) -> bool:
         """Return whether a segment holds a whole number of cycles."""
         return abs(self.cycles - round(self.cycles)) <= COHERENT
+
+    @property
+    def leaks(self) -> bool:
+        """Return whether what is told as noise is more than 0.1 dB too much, since the tone leaks into it."""
+        return self.leaked**2 > (1.0 - 10.0**-0.01) * self.noise**2
 
     def as_data(self) -> dict[str, Any]:
         """Plain data, for `--json`."""
@@ -107,7 +115,17 @@ def tones(of: Spectrum, *, tone: float = 0.0, band: tuple[float, float] | None =
         spur=float(of.frequencies[spur]),
         enob=(sndr - 10.0 * math.log10(1.5)) / (20.0 * math.log10(2.0)),
         cycles=frequency / step,
+        leaked=math.sqrt(signal * _leak(of, frequency, band)),
     )
+
+
+def _leak(of: Spectrum, frequency: float, band: tuple[float, float] | None) -> float:
+    """Mean square of a tone outside its main lobe and within a band, as a part of that in the lobe."""
+    turns = np.exp(2j * np.pi * frequency / of.rate * np.arange(of.segment))
+    squares = np.abs(np.fft.fft(window(of.window, of.segment) * turns)) ** 2
+    squares = (squares + np.roll(squares[::-1], 1))[: len(of.frequencies)]  # with that from frequencies below zero
+    main_lobe = _near(of, [frequency], half_lobe(of.window))
+    return float(np.sum(squares[of.within(band) & ~main_lobe]) / np.sum(squares[main_lobe]))
 
 
 def _beneath(of: Spectrum, rest: Any, lobe: int) -> Array:
@@ -147,18 +165,17 @@ def _stands_out(power: Array, middle: int, lobe: int) -> bool:
 
 
 def _frequency(of: Spectrum, power: Array, middle: int) -> float:
-    """Frequency of a tone between lines, from the line and its two neighbours."""
+    """Frequency of a tone between lines: where the window makes the larger neighbour of its line so high."""
     if not 0 < middle < len(power) - 1:
         return float(of.frequencies[middle])
     left, top, right = (float(power[middle + i]) for i in (-1, 0, 1))
-    if of.window == "rectangular":  # the amplitudes of the two nearest lines give the distance of the tone from them
-        beside = math.sqrt(max(left, right))
-        apart = math.copysign(beside / (beside + math.sqrt(top)), right - left)
-    else:  # a parabola through the logarithms
-        left, top, right = (math.log(max(value, 1e-300)) for value in (left, top, right))
-        bend = left - 2.0 * top + right
-        apart = 0.5 * (left - right) / bend if bend < 0.0 else 0.0
-    return float(of.frequencies[middle]) + apart * of.step
+    ratio = math.sqrt(max(left, right) / top)
+
+    def missing(apart: float) -> float:
+        return apart * (transform(of.window, 1.0 - apart) - ratio * transform(of.window, apart))
+
+    apart = float(brentq(missing, _ON_A_LINE, 0.5)) if missing(_ON_A_LINE) < 0.0 < missing(0.5) else 0.0
+    return float(of.frequencies[middle]) + math.copysign(apart, right - left) * of.step
 
 
 def _near(of: Spectrum, frequencies: Iterable[float], lobe: int) -> Any:

@@ -40,6 +40,14 @@ def window(name: str, length: int) -> Array:
     return np.asarray(sum(a * np.cos(k * turn) for k, a in enumerate(signed)), dtype=float)
 
 
+def transform(name: str, bins: float) -> float:
+    """Return the size of its transform so many bins from the middle, without the factor |sin(pi bins)| / pi.
+
+    Of many values it is the sum over k of (-1)^k a[k] bins / (bins^2 - k^2), each cosine's at its two places.
+    """
+    return abs(sum((-1) ** k * a * bins / (bins**2 - k**2) for k, a in enumerate(terms(name))))
+
+
 def half_lobe(name: str) -> int:
     """Bins from the middle of a tone to where the window has no more of it."""
     return len(terms(name)) if name != "rectangular" else 0

@@ -4,9 +4,12 @@ import math
 
 import numpy as np
 import pytest
+import scipy
 
 from proofmass import spectrum, tones
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.runner.analysis.spectrum.text import tone_text
+from proofmass.runner.analysis.spectrum.windows import WINDOWS
 
 VALUES, RATE = 1 << 16, 1000.0
 
@@ -36,6 +39,36 @@ def test_a_tone_between_lines_is_told_without_a_window() -> None:
     found = tones(spectrum(sine(12345.3), rate=RATE, window="rectangular", segment=0))
     assert not found.coherent
     assert found.cycles == pytest.approx(12345.3, abs=0.01)
+
+
+@pytest.mark.defect("S863", before="0.012 lines away through a Hann window, to nine digits", after="where it is")
+@pytest.mark.parametrize("cycles", [12345.0, 12345.2, 12345.5, 12345.9, 1000.4])
+@pytest.mark.parametrize("window", WINDOWS)
+def test_a_tone_between_lines_is_where_it_is(window: str, cycles: float) -> None:
+    """But for what leaks from the same frequency below zero: 1e-4 lines at most here."""
+    found = tones(spectrum(sine(cycles), rate=RATE, window=window, segment=0))
+    assert found.cycles == pytest.approx(cycles, abs=2e-4)
+
+
+@pytest.mark.defect("S862", before="through a Hann window SNR 33 dB for 137 dB, without a word", after="told to leak")
+@pytest.mark.parametrize("window", ["rectangular", "hann", "hamming", "blackman-harris", "blackman-harris-7"])
+def test_a_tone_that_leaks_out_of_its_window_is_told(window: str) -> None:
+    """Beside the lines of its main lobe a tone between lines has, of `boxcar` and others, what SciPy finds there."""
+    values = sine(12345.4) + 1e-7 * np.random.default_rng(2).normal(size=VALUES)
+    of = spectrum(values, rate=RATE, window=window, segment=0)
+    found, truth = tones(of), 10.0 * math.log10(0.5e14)
+    if window == "blackman-harris-7":
+        assert found.snr == pytest.approx(truth, abs=0.1)
+        assert not found.leaks
+        return
+    known = {"rectangular": "boxcar", "blackman-harris": "blackmanharris"}.get(window, window)
+    _, power = scipy.signal.periodogram(sine(12345.4), RATE, window=known, scaling="density")
+    lobe = {"rectangular": 0, "blackman-harris": 4}.get(window, 2)
+    beside = np.delete(power, range(12345 - lobe, 12345 + lobe + 1))
+    assert found.leaked == pytest.approx(math.sqrt(np.sum(beside[1:]) * RATE / VALUES), rel=0.1)
+    assert found.leaks
+    assert found.snr < truth - 0.1
+    assert f"of it leaks out of the {window} window and counts as noise; blackman-harris-7" in tone_text(found, of)
 
 
 def test_distortion_and_spurs() -> None:
