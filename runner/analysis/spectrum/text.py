@@ -44,7 +44,9 @@ def tone_text(measured: Tones | None, of: Spectrum) -> str:
     ]
     if not measured.coherent:
         nearest = max(1, round(measured.cycles)) * of.step
-        leaked = f" {measured.leaked:.3g}{unit} of it leaks out of the {of.window} window and counts as noise;"
+        leaked = (
+            f" {measured.leaked:.3g}{unit} of it leaks out of the {of.window} window and counts as noise or harmonics;"
+        )
         other = f" {TONE_WINDOW} leaks less, and" if of.window != TONE_WINDOW else ""
         lines.append(
             f"  note: {measured.cycles:.2f} cycles of the tone are not a whole number:"

@@ -50,7 +50,7 @@ class Tones:
     spur: float  # Hz, of the largest line beside the tone
     enob: float  # bits of a converter that the tone fills
     cycles: float  # of the tone in a segment
-    leaked: float  # rms of the tone that the window lets out of its main lobe, and that counts as noise
+    leaked: float  # rms of the tone that the window lets out of its main lobe, and that counts as noise or harmonics
 
     @property
     def coherent(self) -> bool:
@@ -59,7 +59,7 @@ class Tones:
 
     @property
     def leaks(self) -> bool:
-        """Return whether what is told as noise is more than 0.1 dB too much, since the tone leaks into it."""
+        """Return whether noise is told more than 0.1 dB too high, or harmonics are, since the tone leaks into them."""
         return self.leaked**2 > (1.0 - 10.0**-0.01) * self.noise**2
 
     def as_data(self) -> dict[str, Any]:
