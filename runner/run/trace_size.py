@@ -4,8 +4,6 @@ import math
 import shutil
 from pathlib import Path
 
-import numpy as np
-
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.plan.planned import Plan
 
@@ -15,7 +13,7 @@ LONG = 100_000_000  # ticks: some seconds at some tens of nanoseconds each
 
 def trace_bytes(planned: Plan, ticks: int) -> int:
     """Bytes of all traces."""
-    return sum(p.rows(0, ticks) * math.prod(p.shape) * np.dtype(p.dtype).itemsize for p in planned.probes)
+    return sum(p.rows(0, ticks) * math.prod(p.shape) * (1 if p.dtype is bool else 8) for p in planned.probes)
 
 
 def size_text(planned: Plan, ticks: int) -> str:

@@ -143,7 +143,6 @@ def test_an_unstable_loop_misses_everything_at_once(capsys: pytest.CaptureFixtur
     assert "1 problem in" in told
 
 
-@pytest.mark.exhaustive
 def test_check_imports_no_numbers_without_requirements() -> None:
     code = (
         "import sys; from proofmass.runner.command_line import main; "

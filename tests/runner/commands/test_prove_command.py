@@ -69,9 +69,10 @@ def test_the_study_of_a_graph_says_what_varies(loop: str, capsys: Captured) -> N
 
 @pytest.mark.exhaustive
 def test_a_refuted_claim_has_a_line_to_type(loop: str, capsys: Captured) -> None:
-    assert main(["prove", loop, "--tolerance", "controller.gain=10 %", "--phase-margin", "84 deg"]) == 1
+    """90 deg - 3 asin(K T / 2) is 81.4 deg for the sensor as it is, and 80.5 deg at its largest gain."""
+    assert main(["prove", loop, "--tolerance", "controller.gain=10 %", "--phase-margin", "81 deg"]) == 1
     shown = capsys.readouterr().out
-    assert "phase margin of at least 84 deg  refuted" in shown
+    assert "phase margin of at least 81 deg  refuted" in shown
     (line,) = [line for line in shown.splitlines() if line.strip().startswith("proofmass margins")]
     setting = line.split('--set "')[1].rstrip('"')
     assert main(["margins", loop, "--at", "0 s", "--loop", "main", "--set", setting, "--json"]) == 0
