@@ -88,6 +88,11 @@ class Goal:
         """Limits, each with the sign that makes the distance into the allowed side positive."""
         return tuple((s, limit) for s, limit in ((1.0, self.at_least), (-1.0, self.at_most)) if math.isfinite(limit))
 
+    def shortfall(self, value: float) -> float:
+        """Return how far a value is beyond the limit it is farthest beyond; without limits how far it is from best."""
+        wanted = self.limits or ((-1.0 if self.minimise else 1.0, 0.0),)
+        return max(sign * (limit - value) for sign, limit in wanted)
+
     def as_table(self) -> dict[str, Any]:
         """Return the goal as a graph file has it, with limits in the unit of its quantity."""
         limits = {("at_least" if sign > 0.0 else "at_most"): limit for sign, limit in self.limits}

@@ -1,13 +1,17 @@
 """Goals at a point of the search: slacks of hard goals, objectives, and their gradients.
 
 A slack is the distance into the allowed side, relative to the limit; it is negative where a hard
-goal is missed. An objective is the logarithm of a value that is to be small, or how far a soft
-limit is missed. Both have gradients by the parts of the way of each free parameter from its lower
-to its upper bound.
+goal is missed. An objective is how far a value v that is to be small has come from its size s, or
+how far a soft limit is missed. Both have gradients by the parts of the way of each free parameter
+from its lower to its upper bound.
+
+    objective = asinh(v / (2 e s)) - asinh(1 / (2 e)), e = 1e-3
+
+This is log(v / s) while v is more than a few e s, and falls with v through zero to any negative value.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -20,6 +24,8 @@ from proofmass.runner.host.arrays import Array
 
 LARGEST_SLACK = 2.0  # a margin without limit counts as this
 UNDEFINED = -4.0  # slack of everything where a loop is unstable
+_SMALL = 2e-3  # 2 e: part of the size at which the objective turns from a logarithm to a straight line
+_LARGEST_OBJECTIVE = 1e3  # what has no limit counts as this
 
 
 class GoalRow(NamedTuple):
@@ -70,21 +76,17 @@ class GoalsAt:
         widths = {name: free.at_most - free.at_least for name, free in tuning.free.items()}
         quantities = {name: goal.quantity for name, goal in tuning.goals.items()}
         self.evaluator = Evaluator(tuning.graph, quantities, tuning.at, widths, tuning.study)
-        self._sizes = dict[str, float]()  # of quantities that are to be small or large
+        self._sizes = dict[str, float]()  # of quantities where they are first finite and not zero
         self.note: Callable[[TriedPoint], None] = lambda at: None
 
     def nominal(self) -> TriedPoint:
-        """Return the goals at the parameters of the graph; their sizes are those there."""
-        note, self.note = self.note, lambda at: None
-        self._measure_sizes(self.at_values(self.tuning.nominal))
-        self.note = note
+        """Return the goals at the parameters of the graph."""
         return self.at_values(self.tuning.nominal)
 
-    def _measure_sizes(self, at: TriedPoint) -> None:
-        for name, goal in self.tuning.goals.items():
-            known = [readings[name] for readings in at.readings.values()]
-            sizes = [abs(reading.value) for reading in known if reading is not None and reading.value]
-            if (goal.minimise or goal.maximise) and sizes:
+    def _measure_sizes(self, readings: Iterable[QuantityReadings]) -> None:
+        for name in self.tuning.goals.keys() - self._sizes.keys():
+            known = [abs(reading.value) for found in readings if (reading := found[name]) is not None]
+            if sizes := [size for size in known if 0.0 < size < math.inf]:
                 self._sizes[name] = max(sizes)
 
     def at(self, parts: Array, slopes: bool = True) -> TriedPoint:
@@ -110,6 +112,7 @@ class GoalsAt:
                 numbers, drifts = self.tuning.aged(numbers, age)
                 moves |= {name: factors.get(name, 1.0) * slope for name, slope in drifts.items()}
             readings[case], factors_of[case] = self.evaluator.readings(numbers, slopes), moves
+        self._measure_sizes(readings.values())
         slacks, objectives, growths = list[GoalRow](), list[GoalRow](), list[GoalRow]()
         for case, found in readings.items():
             slopes_of_parts = {name: self.tuning.free[name].slope(values[name]) for name in self.names}
@@ -132,7 +135,7 @@ class GoalsAt:
 
     def _rows(self, goal: Goal, row: GoalRow, slacks: list[GoalRow], objectives: list[GoalRow]) -> None:
         for sign, limit in goal.limits:
-            scale = abs(limit) or 1.0
+            scale = abs(limit) or self._sizes.get(row.goal, 1.0)
             slack = sign * (row.value - limit) / scale
             gradient = sign * row.gradient / scale
             if not slack < LARGEST_SLACK:
@@ -147,19 +150,15 @@ class GoalsAt:
             objectives.append(self._objective(goal, row))
 
     def _objective(self, goal: Goal, row: GoalRow) -> GoalRow:
-        sign, size = (1.0 if goal.minimise else -1.0), self._sizes.get(row.goal, 1.0)
-        if not math.isfinite(row.value):
-            return row._replace(value=-sign * 1e3, gradient=np.zeros_like(row.gradient))
-        if row.value > 0.0:
-            return row._replace(value=sign * math.log(row.value / size), gradient=sign * row.gradient / row.value)
-        return row._replace(value=sign * row.value / size, gradient=sign * row.gradient / size)
+        sign, small = (1.0 if goal.minimise else -1.0), _SMALL * self._sizes.get(row.goal, 1.0)
+        value = sign * (math.asinh(row.value / small) - math.asinh(1.0 / _SMALL))
+        if not abs(value) < _LARGEST_OBJECTIVE:
+            return row._replace(value=math.copysign(_LARGEST_OBJECTIVE, value), gradient=np.zeros_like(row.gradient))
+        return row._replace(value=value, gradient=sign * row.gradient / math.hypot(row.value, small))
 
 
-def worst_reading(at: TriedPoint, goal: str, sign: float) -> tuple[str, Reading | None]:
-    """Return the case of a goal's lowest value (sign 1) or highest (-1), and the reading."""
-    by_case = {case: readings[goal] for case, readings in at.readings.items()}
-    undefined = next((case for case, reading in by_case.items() if reading is None), None)
-    if undefined is not None:
-        return undefined, None
-    case = min(by_case, key=lambda name: sign * (by_case[name].value if by_case[name] else 0.0))  # type: ignore[union-attr]
+def worst_reading(at: TriedPoint, name: str, goal: Goal) -> tuple[str, Reading | None]:
+    """Return the case in which a goal is missed by most, or has no value, and its reading there."""
+    by_case = {case: readings[name] for case, readings in at.readings.items()}
+    case = max(by_case, key=lambda case: math.inf if (of := by_case[case]) is None else goal.shortfall(of.value))
     return case, by_case[case]

@@ -46,7 +46,7 @@ class TunedGoal:
         """True if its limits are kept."""
         if self.after is None:
             return False
-        return all(sign * (self.after - limit) >= -_MET * (abs(limit) or 1.0) for sign, limit in self.goal.limits)
+        return all(sign * (self.after - limit) >= -_MET * abs(limit) for sign, limit in self.goal.limits)
 
     @property
     def binds(self) -> bool:
@@ -93,7 +93,7 @@ class Tuned(Told, Plotted):
     at_bounds: Mapping[str, str]  # parameters that end at a bound which binds: "lower" or "upper"
     evaluations: int  # points that were tried
     interrupted: bool  # True after Ctrl-C
-    objective: float  # the logarithm of the improvement; 0 without one
+    objective: float  # of the worst goal without a limit, about the logarithm of its part of before; 0 without one
 
     @property
     def met(self) -> bool:
@@ -214,9 +214,8 @@ def _outcome(
     reachable: Mapping[str, float],
 ) -> TunedGoal:
     goal = tuning.goals[name]
-    sign = -1.0 if goal.minimise or (goal.limits and goal.limits[0][0] < 0.0) else 1.0
-    _, before = worst_reading(first, name, sign)
-    case, after = worst_reading(best, name, sign)
+    _, before = worst_reading(first, name, goal)
+    case, after = worst_reading(best, name, goal)
     return TunedGoal(
         name,
         goal,
@@ -279,7 +278,7 @@ def _reachable(search: Search, best: TriedPoint) -> dict[str, float]:
         alone.seen = [best.parts]
         found = alone.run()
         if found.violation <= _MET:
-            reading = worst_reading(found, name, sign)[1]
+            reading = worst_reading(found, name, wanted)[1]
             if reading is not None:
                 reached[name] = reading.value
     return reached
