@@ -14,7 +14,7 @@ from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.rates import read_duration
-from proofmass.runner.design.identification.identifiable import certainty
+from proofmass.runner.design.identification.identifiable import certainty, widening
 from proofmass.runner.design.identification.model import RecordingModel, output_units
 from proofmass.runner.design.identification.noise_levels import NoiseLevel, noise_levels
 from proofmass.runner.design.identification.recordings import Gaps, RecordedStretch, Wanted, recordings_of
@@ -292,8 +292,9 @@ def _outcome(
     levels: Sequence[str],
 ) -> Fitted:
     unknowns, values = solver.unknowns, solution.values
-    sure = certainty(solution.jacobian, values, unknowns)
-    rows = len(solution.residuals)
+    rows, table = len(solution.residuals), solution.jacobian.copy()
+    table[:rows] /= widening(solution.residuals, solver.loss)
+    sure = certainty(table, values, unknowns, solver.recorded())
     quantile = float(scipy.special.stdtrit(max(rows - len(unknowns), 1), (1.0 + CONFIDENCE) / 2.0))
     estimates = tuple(
         Estimate(u.written, u.unit, u.start, float(v), float(e), quantile * float(e), _bound(u, float(v)))

@@ -2,7 +2,11 @@
 
 The singular vectors of the derivatives, relative to the size of each unknown, are the combinations
 that the recordings determine one by one; the inverse of a singular value is the relative
-uncertainty of its combination.
+uncertainty of its combination. What is zero to begin with, as an offset, has no size of its own: it
+is what moves an output by as much as is recorded.
+
+Losses that count large residuals less leave larger errors than least squares: by the root of the
+mean of psi^2 over the mean of psi', with psi half the derivative of the loss (Huber, Robust Statistics, 1981).
 """
 
 import math
@@ -28,9 +32,17 @@ class Certainty:
     findings: tuple[str, ...]
 
 
-def certainty(jacobian: AnyArray, values: AnyArray, unknowns: Sequence[Unknown]) -> Certainty:
-    """Return what the derivatives of residuals, in units of the noise, say of the unknowns."""
+def certainty(jacobian: AnyArray, values: AnyArray, unknowns: Sequence[Unknown], recorded: float = 0.0) -> Certainty:
+    """Return what the derivatives of residuals, in units of the noise, say of the unknowns.
+
+    `recorded` is the norm of the recorded outputs in these units.
+    """
     sizes = np.array([abs(v) or u.scale for v, u in zip(values, unknowns, strict=True)])
+    own = sizes.copy()
+    for i, u in enumerate(unknowns):
+        effect = float(np.linalg.norm(jacobian[:, i]))
+        if u.start == 0.0 and effect > 0.0:
+            sizes[i] = max(abs(float(values[i])), recorded / effect) or sizes[i]
     table = jacobian * sizes
     _, singular, turned = np.linalg.svd(table, full_matrices=False)
     largest = float(singular[0]) if len(singular) else 0.0
@@ -44,9 +56,22 @@ def certainty(jacobian: AnyArray, values: AnyArray, unknowns: Sequence[Unknown])
         vector = turned[i]
         members = [int(k) for k in np.argsort(-np.abs(vector)) if abs(vector[k]) >= _PART]
         errors[members] = math.inf
-        findings.append(_said(vector, members, unknowns, float(singular[i])))
+        findings.append(_said(vector * sizes / own, members, unknowns, float(singular[i])))
     spread = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     return Certainty(errors, covariance / np.outer(spread, spread), tuple(findings))
+
+
+def widening(residuals: AnyArray, loss: str) -> float:
+    """Return how many times the errors of a loss are those of least squares; residuals are in units of the noise."""
+    squares = 1.0 + residuals**2
+    match loss:
+        case "robust":
+            psi, slope = residuals / np.sqrt(squares), squares**-1.5
+        case "outliers":
+            psi, slope = residuals / squares, (2.0 - squares) / squares**2
+        case _:
+            return 1.0
+    return float(np.sqrt(np.mean(psi**2)) / np.mean(slope))
 
 
 def _said(vector: AnyArray, members: Sequence[int], unknowns: Sequence[Unknown], singular: float) -> str:

@@ -102,6 +102,10 @@ class UnknownsSolver:
             return 1.0
         return float(np.std(values)) or float(np.max(np.abs(values))) or 1.0
 
+    def recorded(self) -> float:
+        """Return the norm of all recorded values in units of the noise."""
+        return math.hypot(*(float(np.linalg.norm(self.compared(s))) / self.noise[s] for s in self.signals))
+
     def solved(self, begin: AnyArray) -> Solution:
         """Return the solution from a start: again with the noise left, until that settles."""
         values, best = begin, self._least_squares(begin)
