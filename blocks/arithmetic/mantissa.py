@@ -7,12 +7,14 @@ for by name.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
 from proofmass.blocks.arithmetic.fixed_format import Fixed
 
 Rounding = Literal["half_even", "half_up", "floor", "toward_zero"]
 _ROUNDINGS = get_args(Rounding)
+_LARGE = 200  # bits of a number by which a rule shows how many it drops
 
 
 class Mantissa:
@@ -165,21 +167,35 @@ def rounded(mantissa: WholeNumber, dropped: int, rounding: Rounding) -> Any:
     return rule(mantissa) if isinstance(mantissa, int) else mantissa.monotone(rule)
 
 
-def dropped(rule: Callable[[int], int]) -> tuple[int, float]:
-    """Parts of a step that a rule of rounding drops, and the variance in steps of what it adds, all
-    parts as likely.
+@dataclass(frozen=True)
+class Drop:
+    """What a rounding drops: so many bits, by a rule."""
 
-    Of the nearest step it is (1 - 1/n^2) / 12 for n parts, and (1 + 2/n^2) / 12 where ties go
-    either way; of a magnitude that is cut the mean square, as the sign turns with the number. The
-    parts are read off a large number.
+    bits: int
+    rounding: Rounding
+
+    @property
+    def code(self) -> int:
+        """A number that stands for both."""
+        return len(_ROUNDINGS) * self.bits + _ROUNDINGS.index(self.rounding)
+
+    @classmethod
+    def of_code(cls, code: int) -> "Drop":
+        """Return what a number stands for."""
+        bits, rule = divmod(code, len(_ROUNDINGS))
+        return cls(bits, _ROUNDINGS[rule])
+
+
+def dropped(rule: Callable[[int], int]) -> Drop:
+    """Return what a rule of rounding drops, which is read off some numbers that it rounds.
 
     >>> dropped(lambda mantissa: mantissa >> 1)
-    (2, 0.0625)
+    Drop(bits=1, rounding='floor')
     """
-    parts = (1 << 200) // rule(1 << 200)
-    apart = 1.0 / float(parts * parts)
-    if rule(parts - 1) == 1 and rule(parts // 2) == 0:  # to the nearest, ties to even
-        return parts, (1.0 + 2.0 * apart) / 12.0
-    if rule(parts - 1) == 0 and rule(-1) == 0:  # towards zero
-        return parts, (1.0 - 1.0 / parts) * (2.0 - 1.0 / parts) / 6.0
-    return parts, (1.0 - apart) / 12.0
+    bits = _LARGE + 1 - rule(1 << _LARGE).bit_length()
+    half = 1 << bits >> 1
+    if rule(half) == 1:
+        return Drop(bits, "half_up")
+    if rule(3 * half) == 2:
+        return Drop(bits, "half_even")
+    return Drop(bits, "floor" if rule(-1) else "toward_zero")

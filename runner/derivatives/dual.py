@@ -25,7 +25,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
 
-from proofmass.blocks.arithmetic.mantissa import Mantissa, dropped
+from proofmass.blocks.arithmetic.mantissa import Drop, Mantissa, dropped
 
 Slopes = Mapping[Any, Any]  # by direction
 _NONE: Slopes = {}
@@ -36,13 +36,13 @@ NO_SLOPE = "it has a corner here, or an infinite slope"
 _BITS = "is an operation on the bits of a number that signals move"
 
 
-_Error = Callable[[Any, float], Any]  # adds a rounding's error, of some variance, to a number
+_Error = Callable[[Any, Drop], Any]  # adds a rounding's error to a number
 _ERROR: ContextVar[_Error | None] = ContextVar("error of a rounding", default=None)  # where numbers are whole
 
 
 @contextmanager
 def with_errors(of: _Error) -> Iterator[None]:
-    """Take numbers for whole ones, and call `of(value, variance)` for what they drop, in steps."""
+    """Take numbers for whole ones, and call `of(value, drop)` where they are rounded, in steps."""
     token = _ERROR.set(of)
     try:
         yield
@@ -142,9 +142,9 @@ class Dual(Mantissa):
 
     def monotone(self, rule: Callable[[int], int]) -> Any:
         """Return the number unrounded, with a rule's error where errors are followed."""
-        parts, variance = dropped(rule)
-        value, err = self / parts, _ERROR.get()
-        return err(value, variance) if err and parts > 1 else value
+        drop = dropped(rule)
+        value, err = self / (1 << drop.bits), _ERROR.get()
+        return err(value, drop) if err and drop.bits else value
 
     def held(self, low: int, high: int, expected: str) -> Any:
         """Return the number itself, if the register can hold it."""

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from proofmass.blocks.arithmetic.mantissa import Drop
 from proofmass.blocks.arithmetic.rounding import clip, two_level
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
@@ -55,7 +56,7 @@ def noise_blocks(plan: Plan) -> Noisy:
 
 def rounding_blocks(plan: Plan) -> set[str]:
     """The blocks that round, or drop bits in fixed point."""
-    steps = {name: _steps(block).values() for name, block in plan.blocks.items()}
+    steps = {name: functions_in_loop(block).values() for name, block in plan.blocks.items()}
     return {name for name in steps if any(quantises(step.function) for step in steps[name])} | plan.digital.keys()
 
 
@@ -87,11 +88,11 @@ def reached(plan: Plan, own: set[str]) -> set[str]:
 
 def _given(plan: Plan, name: str) -> Iterator[Binding]:
     """Yield the arguments of the functions of a block that run in the loop."""
-    for function in _steps(plan.blocks[name]):
+    for function in functions_in_loop(plan.blocks[name]):
         yield from plan.bindings(name, function)
 
 
-def _steps(block: Block) -> dict[str, Behaviour]:
+def functions_in_loop(block: Block) -> dict[str, Behaviour]:
     """The functions of a block that run in the loop, by output or role."""
     kind = type(block)
     return dict(kind.output_functions) | {role: kind.functions[role] for role in _ROLES if role in kind.functions}
@@ -136,14 +137,13 @@ class NoisyTicks(DualTicks):
             lambda rule, *arguments: self._levelled(owner, rule, *arguments),
         )
 
-    def _drop(self, owner: str, value: Any, variance: float) -> Any:
-        """The value with the error of the bits that it loses, uniform over them; the same where it is made twice.
+    def _drop(self, owner: str, value: Any, drop: Drop) -> Any:
+        """The value with the error of the bits that it loses, the same where it is made twice.
 
         What nothing moves is rounded alike in every tick.
         """
         if owner not in self._noise or not slopes_of(value, SIGNALS):
             return value
-        deviation = math.sqrt(12.0 * variance)
         tick, seen = self._dropped.get(owner, (-1, []))
         if tick != self._memory.tick:
             seen = []
@@ -155,9 +155,10 @@ class NoisyTicks(DualTicks):
             part = f"{ROUNDING} {len(seen)}"
             key = (owner, part, self._counts[owner, part])
             self._counts[owner, part] += 1
-            self._keep(key, value, deviation)
+            self._keep(key, value)
+            self.drops[key] = drop
             seen.append((value, key))
-        return value + deviation * self._direction(key)
+        return value + self._direction(key)
 
     def _getter(self, binding: Binding) -> Callable[[int], Any]:
         if not isinstance(binding, Deviate) or binding.block not in self._noise:
@@ -213,9 +214,9 @@ class NoisyTicks(DualTicks):
             key = (owner, ROUNDING, self._counts[owner, ROUNDING])
             self._counts[owner, ROUNDING] += 1
             self._last[owner] = self._memory.tick, value, key
-            self._keep(key, value, 1.0)
+            self._keep(key, value)
         return rule(value) + self._direction(key)
 
-    def _keep(self, key: tuple[str, str, int], value: Any, deviation: float) -> None:
+    def _keep(self, key: tuple[str, str, int], value: Any) -> None:
         if key[0] in self._quantisers:
-            self.quantised[key], self.deviations[key] = value, deviation
+            self.quantised[key] = value

@@ -10,6 +10,7 @@ from dataclasses import replace
 from math import isfinite
 from typing import Any
 
+from proofmass.blocks.arithmetic.mantissa import Drop
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import Problem
@@ -55,7 +56,7 @@ class DualTicks(Interpreter):
         self.injected: list[tuple[str, str, int]] = []  # in their order, which is that of time
         self.sources: list[tuple[str, str, int]] = []  # of noise, where it is not zero
         self.quantised: dict[tuple[str, str, int], Any] = {}  # what erring quantisers get
-        self.deviations: dict[tuple[str, str, int], float] = {}  # of these, in those of one step
+        self.drops: dict[tuple[str, str, int], Drop] = {}  # of these in fixed point
         super().__init__(replace(plan, solvers=(), probes=()), seed=0, memory=memory)
         self._advances = [
             self._advance(plan, solver, integrated) for solver in plan.solvers if blocks & set(solver.group.blocks)
@@ -98,12 +99,12 @@ class DualTicks(Interpreter):
         reference: Callable[..., Any] = self.filled.digital[name].steps[function].reference
 
         def call(*arguments: Any) -> Any:
-            with with_errors(lambda value, variance: self._drop(name, value, variance)):
+            with with_errors(lambda value, drop: self._drop(name, value, drop)):
                 return reference(*arguments)
 
         return call
 
-    def _drop(self, owner: str, value: Any, variance: float) -> Any:
+    def _drop(self, owner: str, value: Any, drop: Drop) -> Any:
         """Return a whole number of a block, in steps, with the error of what it drops: none where noise is zero."""
         return value
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
+from proofmass.blocks.arithmetic.mantissa import Drop
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import with_following
 from proofmass.runner.fixed.integer_interval import signed_width
@@ -77,7 +78,7 @@ class IntegerProgram:
     place: Callable[[], SourceLine | None] = lambda: None
     name: str = ""
     operations: list[Operation] = field(default_factory=list)
-    errors: dict[Operation, float] = field(default_factory=dict)  # variance of what each shift drops, in steps
+    errors: dict[Operation, tuple[Drop, Operation]] = field(default_factory=dict)  # what each shift drops, and of what
     _made: dict[tuple[object, ...], Operation] = field(default_factory=dict)
 
     def constant(self, value: int) -> Operation:

@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 from proofmass.blocks.arithmetic import fixed_point, mantissa, pipeline
 from proofmass.blocks.arithmetic.fixed_format import MOST_BITS
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
-from proofmass.blocks.arithmetic.mantissa import Mantissa, dropped
+from proofmass.blocks.arithmetic.mantissa import Drop, Mantissa, dropped
 from proofmass.runner.fixed.assumptions import Assumptions
 from proofmass.runner.fixed.integer_ir import IntegerProgram, Operation, SourceLine, TraceError
 from proofmass.runner.fixed.operations import OperationName
@@ -67,7 +67,8 @@ class Signal(Mantissa):
     def __rshift__(self, places: Any) -> Any:
         made = self._shifted("shift_right", self, places)
         if isinstance(places, int) and isinstance(made, Signal) and made.operation.kind == "shift_right":
-            self._tracer.errors.setdefault(made.operation, dropped(lambda mantissa: mantissa >> places)[1])
+            error = dropped(lambda mantissa: mantissa >> places), self.operation
+            self._tracer.errors.setdefault(made.operation, error)
         return made
 
     def __rlshift__(self, value: Any) -> Any:
@@ -151,10 +152,10 @@ class Signal(Mantissa):
         errors = self._tracer.errors
         before = dict(errors)
         operation = self._tracer.operation(rule(self))
-        errors.clear()  # of shifts within a rule the last one drops, by the variance of the rule
+        errors.clear()  # of shifts within a rule the last one drops, by the rule
         errors.update(before)
         if operation.kind == "shift_right":
-            errors[operation] = dropped(rule)[1]
+            errors[operation] = dropped(rule), self.operation
         return Signal(self._tracer, self._tracer.narrowed(operation, rule(low), rule(high)))
 
     def held(self, low: int, high: int, expected: str) -> "Signal":
@@ -252,8 +253,8 @@ class Tracer:
         return self.program.narrow(operation, low, high)
 
     @property
-    def errors(self) -> dict[Operation, float]:
-        """The variances of what operations drop, in steps."""
+    def errors(self) -> dict[Operation, tuple[Drop, Operation]]:
+        """What shifts drop, and of what."""
         return self.program.errors
 
     def bounds(self, operation: Operation) -> tuple[int, int]:

@@ -17,8 +17,8 @@ MOST = 4096  # events of a tick that have a place; any more are counted alone
 COUNT, OWNER, MATRICES, VALUES = range(4)  # of the state: events so far, the block that runs, what becomes of matrices,
 OF_STATE = 4  # and whether deviates have values, or are 0
 EVENT, MOVED = range(2)  # of a lane: the event whose direction it is, and whether numbers of matrices have slopes
-KIND, SOURCE, VALUED, ENTERING = range(4)  # of what is told: kind, block or wire, value, slope by the own direction
-TOLD = 4
+KIND, SOURCE, VALUED, ENTERING, DROP = range(5)  # told: kind, block or wire, value, slope by its direction, a code
+TOLD = 5
 WIRE, DRAWN, ROUNDED, DROPPED, LEVELLED = range(5)  # kinds of events
 PASSED, HEARD, ENTERED, CUT = range(4)  # modes of wires: what enters is added, or takes the place of the slope
 GAIN, DEVIATION = range(2)  # of a block's quantiser of one bit; the gain is NaN without a model
@@ -55,7 +55,7 @@ class Marks(NamedTuple):
 
     wires: dict[Kind, Function]  # of the value and the number of a wire
     deviate: Function
-    drop: Function  # of the result, what was shifted, the places, and the deviation of the error
+    drop: Function  # of the result, what was rounded, the places, and the code of what drops
 
     @classmethod
     def beside(cls, builder: Builder) -> "Marks":
@@ -75,13 +75,23 @@ def _marked(builder: Builder, origin: str, *kinds: Kind) -> Function:
     return inner.function()
 
 
-def _entering(s: TangentStep, kind: int, value: Operand, slope: Operand, factor: Operand | float) -> Operand:
+def _entering(
+    s: TangentStep, kind: int, value: Operand, slope: Operand, factor: Operand | float, drop: Operand | float = 0.0
+) -> Operand:
     """Write an event of the block that runs; returns the slope of what enters there."""
     owner = s.builder.load(Events(*s.beside).state, OWNER)
-    return _told(s, kind, owner, value, slope, operand(factor))
+    return _told(s, kind, owner, value, slope, operand(factor), drop)
 
 
-def _told(s: TangentStep, kind: int, source: Operand, value: Operand, slope: Operand, factor: Operand) -> Operand:
+def _told(
+    s: TangentStep,
+    kind: int,
+    source: Operand,
+    value: Operand,
+    slope: Operand,
+    factor: Operand,
+    drop: Operand | float = 0.0,
+) -> Operand:
     events, builder = Events(*s.beside), s.builder
     compute, store = builder.compute, builder.store
     count = builder.load(events.state, COUNT)
@@ -92,6 +102,7 @@ def _told(s: TangentStep, kind: int, source: Operand, value: Operand, slope: Ope
         SOURCE: compute("float_of_integer", source),
         VALUED: s.slopes.number(value),
         ENTERING: factor,
+        DROP: operand(drop),
     }
     for entry, what in told.items():
         store(events.told, compute("add_integers", first, entry), what)
@@ -119,11 +130,11 @@ def _rounded(s: TangentStep) -> Operand:
 
 
 def _dropped(s: TangentStep) -> Operand:
-    slopes, (_, shifted, places, deviation) = s.slopes, s.x
+    slopes, (_, shifted, places, drop) = s.slopes, s.x
     step = slopes.number(slopes.compute("shift_left", 1, places))
     value = slopes.compute("divide", slopes.number(shifted), step)
     slope = slopes.over(s.dx[1], step)
-    return slopes.plus(slope, _entering(s, DROPPED, value, slope, deviation))
+    return slopes.plus(slope, _entering(s, DROPPED, value, slope, 1.0, drop))
 
 
 def _level(inside: Callable[[TangentStep], Operand], compared: int, quantises: bool) -> TangentRule:

@@ -1,7 +1,6 @@
 """Integer code of digital blocks, written into a program: mantissas are integers, each operation is one of them."""
 
 import hashlib
-import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -22,7 +21,7 @@ def call_step(
     """Call a step with raw values: its result, and the values of the operations beside it.
 
     What a shift drops passes through a function that is `dropping`: of the result, what was
-    shifted, by how many places, and the deviation of the error in steps.
+    rounded, by how many places, and the code of what drops.
     """
     given = tuple(arguments)
     name = _name(code, given)
@@ -108,9 +107,10 @@ class _Writer:
         if kind == "shift_right" and operation.operands[1].low > 63:
             b = operand(63)  # the sign alone is left, and a machine shifts by at most 63
         if self.dropping is not None and operation in self.traced.program.errors:
-            variance = self.traced.program.errors[operation]
-            shifted = compute("shift_right", a, b)
-            return self.builder.call(self.dropping, shifted, a, b, math.sqrt(12.0 * variance))[0]
+            drop, number = self.traced.program.errors[operation]
+            number = number.operands[0] if number.kind == "narrow" else number
+            given = compute("shift_right", a, b), self._whole(number), b, float(drop.code)
+            return self.builder.call(self.dropping, *given)[0]
         return compute(kind if kind in _WITHOUT_KIND else f"{kind}_integers", a, b)
 
 

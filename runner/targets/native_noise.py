@@ -12,6 +12,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from proofmass.blocks.arithmetic.mantissa import Drop
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.compact_ticks import Direction
 from proofmass.runner.derivatives.dual_noise import DEVIATE, ONE_BIT, ROUNDING, Followed
@@ -22,6 +23,7 @@ from proofmass.runner.plan.memory import Memory, Rows
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.events import (
     DRAWN,
+    DROP,
     DROPPED,
     ENTERED,
     ENTERING,
@@ -52,7 +54,7 @@ class EventTable(NamedTuple):
     kind: Indices
     source: Indices  # block or wire
     value: Array
-    deviation: Array  # of what enters
+    drop: Array  # codes of what fixed point drops
     entered: Truths
     like: Indices  # row of the first event of the tick with the same error, else its own
     part: Indices  # number of this error among those of its block in a tick
@@ -151,8 +153,8 @@ class NoiseInCode(SlopesInCode):
         row = np.flatnonzero(np.arange(self._most) < counts[:, None])
         of_row = told.reshape(-1, TOLD + 1)[row]
         kind, source = (of_row[:, which].astype(np.int64) for which in (KIND, SOURCE))
-        value, deviation, entered = of_row[:, VALUED], of_row[:, ENTERING], of_row[:, TOLD] != 0.0
-        events = EventTable(row, kind, source, value, deviation, entered, row.copy(), np.zeros_like(row))
+        value, drop, entered = of_row[:, VALUED], of_row[:, DROP], of_row[:, TOLD] != 0.0
+        events = EventTable(row, kind, source, value, drop, entered, row.copy(), np.zeros_like(row))
         errors = np.flatnonzero(events.entered & np.isin(kind, _ERRORS))
         _, number, several = np.unique(
             np.array([row // self._most, kind, source])[:, errors], axis=1, return_inverse=True, return_counts=True
@@ -204,7 +206,7 @@ class CompiledNoise(NoiseInCode):
         self.injected: list[Direction] = []
         self.sources: list[Direction] = []
         self.quantised: dict[Direction, float] = {}
-        self.deviations: dict[Direction, float] = {}
+        self.drops: dict[Direction, Drop] = {}
         self._enters, self._heard = dict[Direction, list[int]](), dict[Endpoint, list[int]]()  # their events
         self._given = list[int]()  # events of quantisers
 
@@ -219,9 +221,7 @@ class CompiledNoise(NoiseInCode):
     def _count(self, events: EventTable) -> None:
         """Name what enters, and list what is asked for: outputs, and what quantisers are given if that is."""
         counts, entered = Counter[tuple[str, str]](), dict[int, Direction]()
-        for row, kind, source, value, deviation, enters, like, part in zip(
-            *map(np.ndarray.tolist, events), strict=True
-        ):
+        for row, kind, source, value, drop, enters, like, part in zip(*map(np.ndarray.tolist, events), strict=True):
             node = self.wire_nodes[source] if kind == WIRE else None
             if enters and like == row:
                 name, what = node or (self.block_names[source], self.part(kind, part))
@@ -229,8 +229,10 @@ class CompiledNoise(NoiseInCode):
                 counts[name, what] += 1
                 (self.injected if node else self.sources).append(key)
                 if kind in (ROUNDED, DROPPED) and name in self._of.quantisers:
-                    self.quantised[key], self.deviations[key] = value, deviation
+                    self.quantised[key] = value
                     self._given.append(row)
+                if kind == DROPPED:
+                    self.drops[key] = Drop.of_code(int(drop))
             if enters:
                 self._enters.setdefault(entered[like], []).append(row)
             if node in self.recorded:

@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from proofmass.blocks.arithmetic.mantissa import left_over
+from proofmass.blocks.arithmetic.mantissa import Drop, left_over
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.dual_functions import reaches
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
@@ -258,7 +258,7 @@ class CompiledSlopes(SlopesInCode):
 
     sources: Sequence[tuple[str, str, int]] = ()  # of noise, none as in `NoisyTicks` without
     quantised: Mapping[tuple[str, str, int], float] = MappingProxyType({})
-    deviations: Mapping[tuple[str, str, int], float] = MappingProxyType({})
+    drops: Mapping[tuple[str, str, int], Drop] = MappingProxyType({})
 
     def __init__(
         self,

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from proofmass.blocks.arithmetic.mantissa import Drop
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.map_blocks import (
@@ -78,7 +79,7 @@ class PeriodMap:
     end: Memory | None = None  # after the period, in plain numbers
     told: str = ""  # how the operating point was found
     starting: bool = False  # whether the map changes after a start
-    deviations: Mapping[Entry, float] = field(default_factory=dict)  # of errors of quantisers, in those of one step
+    drops: Mapping[Entry, Drop] = field(default_factory=dict)  # of roundings in fixed point
     late: float = 0.0  # seconds from the first value of the only input to that of the only output
     ticks: TickMaps | None = None  # of a loop, from value to value of the wire
 
@@ -316,7 +317,7 @@ def period_map(
             tick=memory.tick,
             time=memory.tick * plan.period,
             end=without_slopes(engine.memory(), plan),
-            deviations=engine.deviations,
+            drops=engine.drops,
             late=_late(plan, inputs, outputs),
         )
 

@@ -50,13 +50,14 @@ def budgets_along(
         for node, count in counts.items()
     }
     try:
-        followed(planned, nodes, ticks, stretches, begin=points.course.at(first).copy(), course=points.course)
+        begin = points.course.at(first).copy()
+        found = followed(planned, nodes, ticks, stretches, begin=begin, course=points.course)
     except ModelError as error:
         return [error for _ in outputs]
     span = f"from {time_text(first * planned.period)} to {time_text(ticks * planned.period)}"
     note = f"the orbit does not come back: noise is that along the run, followed {span}, in the mean over the last half"
     return [
-        _budget(planned, output, stretches[node], lines[node], rates[node], band, note)
+        _budget(planned, output, stretches[node], lines[node], rates[node], band, (note, *found.notes(node)))
         for output, node in zip(outputs, nodes, strict=True)
     ]
 
@@ -78,7 +79,7 @@ def _budget(
     lines: Array,
     rate: float,
     band: tuple[float, float] | None,
-    note: str,
+    notes: Sequence[str],
 ) -> NoiseBudget | ModelError:
     node, weight = node_of(planned, output), float(np.sum(stretch.window**2))
     if not len(lines):
@@ -119,7 +120,7 @@ def _budget(
         input_unit="",
         gain=np.zeros(0, dtype=complex),
         period=planned.period,
-        notes=(note, changed) if abs(after - before) > _CHANGED * before else (note,),
+        notes=(*notes, changed) if abs(after - before) > _CHANGED * before else (*notes,),
     )
 
 

@@ -28,11 +28,11 @@ from proofmass.runner.analysis.margins.sensitivity import ranked
 from proofmass.runner.analysis.noise.along_run import budgets_along, refusal
 from proofmass.runner.analysis.noise.band import mean_squares
 from proofmass.runner.analysis.noise.derivatives import one_more, rms_slopes
-from proofmass.runner.analysis.noise.grids import errors_on_grids
+from proofmass.runner.analysis.noise.grids import errors_about
 from proofmass.runner.analysis.noise.noise_budget import DROPPED, QUANTISATION, NoiseBudget, NoiseSource
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
-from proofmass.runner.analysis.noise.validity import ENOUGH, Dither, dithers, strained
-from proofmass.runner.derivatives.dual_noise import ONE_BIT, ROUNDING, Noisy, noise_blocks, rounding_blocks, rounds
+from proofmass.runner.analysis.noise.validity import Dither, dithers, strained
+from proofmass.runner.derivatives.dual_noise import ONE_BIT, ROUNDING, Noisy, noise_blocks, rounds
 from proofmass.runner.derivatives.passed_on import reached_by_noise
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.planned import Plan
@@ -175,10 +175,9 @@ def _budget_about(
     about, noisy, whole, to_output = points.answered(ask, first)
     ends = Ends(tuple(sources), (target,), noise=noisy, beside=tuple(beside))
     strain = "" if isinstance(about.point, PeriodicPoint) else strained(about, ends, target, whole, to_output)
-    to_quantisers = _to_quantisers(about, ends)
-    errors = errors_on_grids(planned, to_quantisers, about.course.kept)
+    errors, to_quantisers = errors_about(about, ends)
     moved = list(dithers(errors.of(to_quantisers), about.course.kept, errors.apart))
-    to_output = noise_map(errors.of(whole), target) if errors.sizes else to_output
+    to_output = noise_map(errors.of(whole), target)
     limits = _band(to_output, band)
     squares = mean_squares(to_output, limits) if band is not None or not to_output.settles else to_output.mean_squares
     low = limits[0] if limits[0] > 0.0 else 0.5 * to_output.rate * 10.0**-_DECADES
@@ -219,20 +218,6 @@ def _budget_about(
         derivatives=ranked(planned, f"noise of {output}", budget.unit, budget.rms, slopes, whole.undefined),
         steps=tuple(one_more(planned, rounding, budget.rms, again)),
     )
-
-
-def _to_quantisers(about: Linearisation, ends: Ends) -> PeriodMap:
-    """Return the map to what quantisers upstream of an output are given, over the period of the map to the output."""
-    point, kept = about.point_of(ends), about.course.kept
-    upstream = ends.blocks(about.plan)[0]
-    quantisers = tuple(sorted(rounding_blocks(about.plan) & ends.noise.keys() & upstream))
-    key = "to quantisers", quantisers, point.map.tick, point.ticks, tuple(ends.noise.items())
-    if key not in kept:
-        own = Ends((), (), noise=ends.noise)
-        whole = own.map(about.plan, **point.where, quantisers=quantisers, slopes=about.course.slopes)
-        kept[key] = with_spectra(whole, ends.noise)
-    whole_map: PeriodMap = kept[key]
-    return whole_map
 
 
 def _sources(
@@ -293,7 +278,7 @@ def _notes(
     """Notes that a reader needs to judge the numbers."""
     notes = [
         f"{source.block}: noise moves its input by {source.dither.change:.2g} steps from value to value, and"
-        f" {source.dither.rms:.2g} in all: below {ENOUGH:g} its error is noise only if signals move it"
+        f" {source.dither.rms:.2g} in all: below 0.5 its error is noise only if signals move it"
         " more, and else anything up to half a step"
         for source in sources
         if source.dither is not None and not source.dither.moves

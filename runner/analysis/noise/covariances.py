@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from proofmass.blocks.arithmetic.mantissa import Drop
 from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.noise.grids import GridErrors
 from proofmass.runner.analysis.noise.noise_map import variance
 from proofmass.runner.derivatives.compact_ticks import EVERY, LIVE, CompactTicks, Direction
 from proofmass.runner.derivatives.dual import SIGNALS, plain, slopes_of
@@ -77,10 +79,19 @@ class GroupSlopes:
 class Covariances:
     """The covariance of what lasts, by the blocks that make it, and what outputs have of it."""
 
-    def __init__(self, stretches: Mapping[Endpoint, Stretch]) -> None:
+    def __init__(self, stretches: Mapping[Endpoint, Stretch], errors: GridErrors) -> None:
+        self._errors = errors
         self._covariances: dict[str, Array] = {}
         self._stretches, self._numbers = stretches, Counter[Endpoint]()
         self.last: dict[Endpoint, Last] = {}
+
+    def deviation(self, place: Endpoint, drop: Drop | None) -> float:
+        """Return the deviation of what enters at a place."""
+        return self._errors.size(place, drop) * math.sqrt(variance(place[1]))
+
+    def notes(self, node: Endpoint) -> tuple[str, ...]:
+        """Return the notes on what makes the last value of an output."""
+        return tuple(self._errors.notes([name for name, square in self.last[node].variances.items() if square]))
 
     def moved(self, recorded: Mapping[Endpoint, Sequence[float]], slopes: "GroupSlopes") -> None:
         """Move the covariances on, and count values of outputs, whose slopes come first."""
@@ -129,7 +140,7 @@ class CovarianceTicks(CompactTicks):
         slopes = self._slopes([*outputs, *gathered], len(outputs))
         self._covariances_of.moved({node: [*map(plain, values)] for node, values in recorded.items()}, slopes)
         self._alive = len(gathered)
-        done: list[Any] = [self.quantised, self.sources, self._known, self._counts, self._last]
+        done: list[Any] = [self.quantised, self.drops, self.sources, self._known, self._counts, self._last]
         for each in [*done, *self.recorded.values()]:
             each.clear()
 
@@ -145,7 +156,8 @@ class CovarianceTicks(CompactTicks):
                 if key not in columns:
                     columns[key] = len(columns)
                     owners.setdefault(key[0], []).append(columns[key])
-                new.append((row, columns[key], value * math.sqrt(variance(key[1]))))
+                deviation = self._covariances_of.deviation(key[:2], self.drops.get(key))
+                new.append((row, columns[key], value * deviation))
         fresh = np.zeros((len(rows), len(columns)))
         for row, column, value in new:
             fresh[row, column] = value

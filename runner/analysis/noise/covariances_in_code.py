@@ -1,10 +1,8 @@
 """Ticks in machine code that move covariances on: what `CovarianceTicks` does."""
 
-import math
-
+from proofmass.blocks.arithmetic.mantissa import Drop
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.noise.covariances import Covariances, GroupSlopes
-from proofmass.runner.analysis.noise.noise_map import variance
 from proofmass.runner.derivatives.dual_noise import Followed
 from proofmass.runner.plan.memory import Memory, Rows
 from proofmass.runner.plan.planned import Plan
@@ -41,12 +39,13 @@ class CovarianceInCode(NoiseInCode):
         asked = [row for of in heard.values() for row in events.row[of].tolist()]
         columns, owners, deviations = dict[int, int](), dict[str, list[int]](), list[float]()
         entering = events.entered & (events.kind != WIRE)
-        of_events = (events.row, events.kind, events.source, events.like, events.part)
-        for row, kind, source, like, part in zip(*(each[entering].tolist() for each in of_events), strict=True):
+        of_events = (events.row, events.kind, events.source, events.drop, events.like, events.part)
+        for row, kind, source, drop, like, part in zip(*(each[entering].tolist() for each in of_events), strict=True):
             if like == row:
                 columns[row] = len(deviations)
                 owners.setdefault(self.block_names[source], []).append(columns[row])
-                deviations.append(math.sqrt(variance(self.part(kind, part))))
+                place = self.block_names[source], self.part(kind, part)
+                deviations.append(self._covariances.deviation(place, Drop.of_code(int(drop)) if drop else None))
             columns[row] = columns[like]
         lasting, fresh = done.back(ticks, asked, columns, range(done.size))
         order = [*range(done.size, done.size + len(asked)), *range(done.size)]  # outputs first

@@ -13,34 +13,45 @@ one level is no noise.
 """
 
 import math
-from collections.abc import Hashable, Mapping, MutableMapping
+from collections.abc import Callable, Collection, Mapping
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
-from typing import Any, get_args
+from statistics import fmean
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 
-from proofmass.blocks.arithmetic.mantissa import Rounding, rounded
+from proofmass.blocks.arithmetic.mantissa import Drop, Rounding
+from proofmass.blocks.arithmetic.rounding import round_half_even
+from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.decisions.one_bit import with_spectra
+from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.lasting import Lasting
+from proofmass.runner.analysis.linearisation.linearisation import Linearisation
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.analysis.noise.noise_map import summed, variance
-from proofmass.runner.analysis.noise.validity import ENOUGH
-from proofmass.runner.derivatives.dual_noise import rounds
+from proofmass.runner.analysis.noise.validity import APART, MULTIPLES, OF_ONE, likeness, off
+from proofmass.runner.derivatives.dual_functions import reaches
+from proofmass.runner.derivatives.dual_noise import functions_in_loop, rounding_blocks, rounds
+from proofmass.runner.derivatives.stepped_ticks import Indices
 from proofmass.runner.host.arrays import Array
+from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 
-_MULTIPLES = 8  # h, of which the last is 2 % of the mean square
+if TYPE_CHECKING:
+    from proofmass.runner.targets.native_slopes import SlopeCode
+
 _PERIODS = 8  # back, in which words are looked for
-_NUMBERS = 4  # of a place in a period that are looked at
+_NUMBERS, _SPAN = 4, 64  # of a place in a period that are looked at, and ticks at the end of a run
 _MOST = 1 << 22  # entries of what is computed at a time
 _TIED = 64  # parts of a step, of which ties are 5 % of the mean square
 _NONE = 1e-12  # of the largest variance: no motion
 _LONGEST, _SUMS = 128, 16  # words of a sum, and sums that are followed, those that come nearest
-_RANGE = 64  # steps to either side of zero, over which levels are counted
-_PARTS, _BITS = 1 << 24, 40  # of a step: of what is added to a grid, and of its levels
-_ALIKE = 1e-6  # of the sizes of an error in a period
-_OF_ONE = 12.0 / math.pi**2
+_BITS = 60  # that a converter drops: all parts of a step
+_FADING = 0.999  # in a period, of what has no bound
+_ALIKE = 1e-6  # of the sizes of an error in a period, and of whole numbers
 
 
 @dataclass(frozen=True)
@@ -52,54 +63,112 @@ class OnGrid:
     apart: float  # of the mean square of the error, or of the correlation with the next
     motion: float  # of its input in steps, rms, in all or from value to value
 
-    def variance(self, rule: Any) -> float | None:
-        """Return the variance of the error in steps by a rule of rounding, all levels as likely.
-
-        None without a rule, or where the levels are not known.
-        """
-        if self.levels == 1:
-            return 0.0
-        if not self.levels or rule not in get_args(Rounding):
-            return None
-        offset = round(self.offset * _PARTS) / _PARTS
-        values = (offset + np.arange(-_RANGE * self.levels, _RANGE * self.levels) / self.levels) * 2.0**_BITS
-        errors = [rounded(value, _BITS, rule) - value / 2.0**_BITS for value in map(round, values.tolist())]
-        return float(np.var(errors))
-
-
-_EXACT = OnGrid(1, 0.0, 0.0, math.inf)
-
 
 @dataclass(frozen=True)
 class GridErrors:
-    """Errors of roundings on grids, by block and part: their sizes, and how far they are from white and uniform."""
+    """Errors of roundings, by block and part: their sizes, and how far they are from white and uniform."""
 
-    sizes: Mapping[Endpoint, float]  # deviation of the error as it is over that of the white model
+    sizes: Mapping[Endpoint, float]  # deviation of the error as it is over that of one that is uniform over a step
     apart: Mapping[Endpoint, float]  # of the mean square
 
     def of(self, whole: PeriodMap) -> PeriodMap:
         """Return a map with the errors of these sizes."""
-        return _scaled(whole, {entry: self.sizes.get(entry[:2], 1.0) for entry in whole.inputs})
+        return _scaled(whole, {entry: self.size(entry[:2], whole.drops.get(entry)) for entry in whole.inputs})
+
+    def size(self, place: Endpoint, drop: Drop | None) -> float:
+        """Return the size of what enters at a place: of an error that is not known, by what is dropped."""
+        return self.sizes.get(place, size_of(1 << drop.bits, 0.0, drop.rounding) if drop else 1.0)
+
+    def notes(self, blocks: Collection[str]) -> list[str]:
+        """Return notes on the errors of some blocks that are neither white nor uniform."""
+        return [
+            f"{block}: noise moves what it rounds too little, or by too few levels, for an error that is white and"
+            f" uniform: its mean square may be off by up to {min(100.0 * apart, 100.0):.2g} %"
+            for block, apart in sorted(_largest(self.apart).items())
+            if block in blocks and apart > APART
+        ]
 
 
-def errors_on_grids(planned: Plan, whole: PeriodMap, kept: MutableMapping[Hashable, Any]) -> GridErrors:
-    """Return what grids make of the errors of a map to quantisers, which is looked at once."""
-    key = "grids", whole.inputs, whole.outputs, whole.tick, whole.matrix.tobytes()
+def errors_about(about: Linearisation, ends: Ends) -> tuple[GridErrors, PeriodMap]:
+    """Return the errors upstream of some outputs at an operating point, and the map to what quantisers are given."""
+    point, kept = about.point_of(ends), about.course.kept
+    quantisers = _quantisers(about.plan, ends)
+    key = "to quantisers", quantisers, point.map.tick, point.ticks, tuple(ends.noise.items())
     if key not in kept:
-        found = dict[Endpoint, list[tuple[float, float]]]()
-        for entry, error in on_grids(whole).items():
-            square = error.variance(getattr(planned.blocks[entry[0]], "rounding", ""))
-            size = 1.0 if square is None else math.sqrt(12.0 * square) / whole.deviations[entry]
-            unknown = error.levels and square is None
-            found.setdefault(entry[:2], []).append((size, 1.0 if unknown else error.apart))
-        sizes = {place: each[0][0] for place, each in found.items()}
-        apart = {
-            place: 1.0 if any(abs(size - sizes[place]) > _ALIKE for size, _ in each) else max(of for _, of in each)
-            for place, each in found.items()
-        }
-        kept[key] = GridErrors({place: size for place, size in sizes.items() if size != 1.0}, apart)
-    errors: GridErrors = kept[key]
-    return errors
+        own = Ends((), (), noise=ends.noise)
+        whole = own.map(about.plan, **point.where, quantisers=quantisers, slopes=about.course.slopes)
+        whole = with_spectra(whole, ends.noise)
+        kept[key] = _errors(about.plan, whole), whole
+    found: tuple[GridErrors, PeriodMap] = kept[key]
+    return found
+
+
+def errors_along(
+    plan: Plan, at: Callable[[int], Memory], ends: Ends, last: int, code: "SlopeCode | None"
+) -> GridErrors:
+    """Return the errors upstream of some outputs in the last ticks of a run; what stands there is not looked at.
+
+    `at` returns the memory of the run at a tick, and `code` follows its ticks where there is such.
+    """
+    quantisers = _quantisers(plan, ends)
+    if not quantisers:
+        return GridErrors({}, {})
+    longest = max(plan.stride((name, port)) for name in quantisers for port in type(plan.blocks[name]).outputs)
+    span = min(last, _NUMBERS * longest, _SPAN)
+    options = {"memory": at(last - span), "span": span, "slopes": lambda *_: code, "quantisers": quantisers}
+    whole = Ends((), (), noise=ends.noise).map(plan, **options)
+    return _errors(plan, with_spectra(whole, ends.noise), moving=True)
+
+
+def _quantisers(plan: Plan, ends: Ends) -> tuple[str, ...]:
+    """Return the blocks upstream of some outputs that round what noise moves."""
+    return tuple(sorted(rounding_blocks(plan) & ends.noise.keys() & ends.blocks(plan)[0]))
+
+
+def _errors(planned: Plan, whole: PeriodMap, moving: bool = False) -> GridErrors:
+    """Return the errors of a map to quantisers, or those of what moves there."""
+    drops = {entry: Drop(_BITS, _rule(planned.blocks[entry[0]])) for entry in whole.outputs} | {**whole.drops}
+    found = dict[Endpoint, list[tuple[float, float]]]()
+    for entry, error in on_grids(replace(whole, drops=drops)).items():
+        if error.motion or not moving:
+            size = size_of(error.levels or 1 << drops[entry].bits, error.offset, drops[entry].rounding)
+            found.setdefault(entry[:2], []).append((size, error.apart))
+    sizes = {place: math.sqrt(fmean(size**2 for size, _ in each)) for place, each in found.items()}
+    apart = {
+        place: 1.0 if any(abs(size - sizes[place]) > _ALIKE for size, _ in each) else max(of for _, of in each)
+        for place, each in found.items()
+    }
+    return GridErrors(sizes, apart)
+
+
+def _rule(block: Block) -> Rounding:
+    """Return the rule by which a converter rounds."""
+    named = getattr(block, "rounding", None)
+    if named in get_args(Rounding):
+        return named
+    to_even = any(reaches(each.function, (round_half_even,)) for each in functions_in_loop(block).values())
+    return "half_even" if to_even else "half_up"
+
+
+def _largest(apart: Mapping[Endpoint, float]) -> Mapping[str, float]:
+    """Return the largest of each block."""
+    return {block: max(of for (name, _), of in apart.items() if name == block) for block, _ in apart}
+
+
+def size_of(levels: int, offset: float, rule: Rounding) -> float:
+    """Return the deviation of an error over that of one that is uniform over a step, all levels as likely.
+
+    Ties made even add to it. Of a magnitude that is cut the sign turns with the number.
+    """
+    part = 1.0 / levels
+    if rule == "toward_zero":
+        return math.sqrt(2.0 * (1.0 - part) * (2.0 - part) if _is_whole(levels * offset) else 4.0 - part**2)
+    ties = rule == "half_even" and _is_whole(levels * (0.5 - offset))
+    return math.sqrt(1.0 + 2.0 * part**2 if ties else 1.0 - part**2)
+
+
+def _is_whole(number: float) -> bool:
+    return abs(number - round(number)) < _ALIKE
 
 
 def _scaled(whole: PeriodMap, sizes: Mapping[Entry, float]) -> PeriodMap:
@@ -117,39 +186,27 @@ def on_grids(whole: PeriodMap) -> Mapping[Entry, OnGrid]:
     """
     own = whole.between()
     own = own.to_outputs([i for i, entry in enumerate(own.outputs) if rounds(entry[1])])
-    own = own.to_outputs(_settling(own))
-    exact, still = set[Entry](), set[Entry]()
-    while True:
-        more = _Words(own, exact).exact() - exact
-        if not more:
-            break
+    exact, still = dict[Entry, OnGrid](), set[Entry]()
+    while more := {e: error for e, error in _Words(own, exact.keys()).exact().items() if e not in exact}:
         exact |= more
         own = _scaled(own, dict.fromkeys(more, 0.0))
-    moved = found = _Words(own, exact).errors(exact, {})
-    while more := {entry for entry, error in moved.items() if error.motion < ENOUGH} - still:
+    moved = found = _Words(own, exact.keys()).errors(exact.keys(), {})
+    while more := {entry for entry, error in moved.items() if off(error.motion) > APART} - still:
         still |= more
         own = _standing(own, more)
-        moved = _Words(own, exact | still).errors(exact, found)
+        moved = _Words(own, exact.keys() | still).errors(exact.keys(), found)
     errors = {
         entry: replace(error, apart=max(error.apart, moved.get(entry, error).apart)) for entry, error in found.items()
     }
-    return errors | dict.fromkeys(exact, _EXACT)
-
-
-def _settling(own: PeriodMap) -> list[int]:
-    """Return the outputs of a map whose mean square has a bound."""
-    a, b, c, _ = own.parts()
-    lasting = Lasting(a)
-    return [i for i in range(len(own.outputs)) if not lasting.passes(b, c[i : i + 1])]
+    return errors | exact
 
 
 def _standing(own: PeriodMap, still: set[Entry]) -> PeriodMap:
     """Return the map in which some words z = c x + d w + s e stand still: their errors e are as z = 0 wants."""
     rows = [own.order + i for i, entry in enumerate(own.outputs) if entry in still]
     columns = [own.order + own.inputs.index(own.outputs[row - own.order]) for row in rows]
-    sizes = np.diag([own.deviations.get(own.outputs[row - own.order], 1.0) for row in rows])
     matrix = own.matrix.copy()
-    entering = np.linalg.solve((matrix[np.ix_(rows, columns)] + sizes).T, matrix[:, columns].T).T
+    entering = np.linalg.solve((matrix[np.ix_(rows, columns)] + np.eye(len(rows))).T, matrix[:, columns].T).T
     matrix[:, :-1] -= entering @ own.matrix[rows, :-1]
     matrix[:, columns] = 0.0
     return replace(own, matrix=matrix)
@@ -162,14 +219,19 @@ class _Words:
     point.
     """
 
-    def __init__(self, own: PeriodMap, but: set[Entry]) -> None:
+    def __init__(self, own: PeriodMap, but: AbstractSet[Entry]) -> None:
         self.own = own
         a, b, c, d = own.parts()
-        a, b, c = Lasting(a).without(a, b, c)
+        lasting, fading = Lasting(a), 1.0
+        if lasting.passes(b, c):
+            fading = _FADING / max(1.0, lasting.largest)
+        else:
+            a, b, c = lasting.without(a, b, c)
         deviations, errors = np.sqrt([variance(name) for _, name, _ in own.inputs]), len(own.inputs)
         wide = max(1, (len(a) + errors) * len(own.outputs))
         self.back = min(_PERIODS, math.isqrt(_MOST // wide), _LONGEST // max(1, len(own.outputs)))
-        self.values = _forms(a, b * deviations, c, d * deviations, own.matrix[own.order :, -1], self.back)
+        states = summed(a * fading, b * deviations**2 @ b.T)
+        self.values = _forms(states, a, b * deviations, c, d * deviations, own.matrix[own.order :, -1], self.back)
         first = self.values.shape[2] - 1 - (self.back + 1) * errors
         columns = {entry: column for column, entry in enumerate(own.inputs)}
         words, self.columns, self.names = [], list[int](), list[Entry]()
@@ -179,19 +241,20 @@ class _Words:
                     continue
                 column = columns[entry]
                 word = self.values[period, row].copy()
-                word[first + period * errors + column] += own.deviations.get(entry, 1.0) * deviations[column]
+                word[first + period * errors + column] += deviations[column]
                 words.append(word)
                 self.columns.append(first + period * errors + column)
                 self.names.append(entry)
         self.words = np.array(words).reshape(-1, self.values.shape[2])
 
-    def exact(self) -> set[Entry]:
+    def exact(self) -> dict[Entry, OnGrid]:
         """Return the roundings that are sums of words already."""
         left, _ = self._left(self.values[0])
-        none = np.sum(left[:, :-1] ** 2, axis=1) <= _NONE * (np.sum(self.values[0, :, :-1] ** 2, axis=1) + 1.0)
-        return {self.own.outputs[row] for row in np.flatnonzero(none)}
+        squares = np.sum(self.values[0, :, :-1] ** 2, axis=1)
+        rows = np.flatnonzero(np.sum(left[:, :-1] ** 2, axis=1) <= _NONE * (squares + 1.0)).tolist()
+        return {self.own.outputs[row]: OnGrid(1, 0.0, 0.0, math.sqrt(squares[row])) for row in rows}
 
-    def errors(self, exact: set[Entry], known: Mapping[Entry, OnGrid]) -> Mapping[Entry, OnGrid]:
+    def errors(self, exact: AbstractSet[Entry], known: Mapping[Entry, OnGrid]) -> Mapping[Entry, OnGrid]:
         """Return what the errors are of all that are not exact, with the levels that are known or those it finds."""
         of_place, found = dict[Endpoint, list[int]](), dict[Entry, OnGrid]()
         for row, entry in enumerate(self.own.outputs):
@@ -208,32 +271,32 @@ class _Words:
 
     def _signs(self, entry: Entry, levels: int, change: Array) -> float:
         """Return how far successive ties made even err alike: their sign is that of sin(pi y)."""
-        parts = levels or self._parts(entry)
+        parts = self._parts(entry) and (levels or self._parts(entry))
         if not 1 < parts < _TIED:
             return 0.0
-        squares = self.nearest(np.outer(np.arange(min(round(parts), _MULTIPLES)) + 0.5, change))
-        alike = float(np.sum(_likeness(squares))) / parts
-        return 3.0 * parts / (parts * parts + 2.0) * alike if self._parts(entry) else 0.0
+        squares = self.nearest(np.outer(np.arange(min(round(parts), MULTIPLES)) + 0.5, change))
+        alike = float(np.sum(likeness(squares))) / parts
+        return 3.0 * parts / (parts * parts + 2.0) * alike
 
     def _parts(self, entry: Entry) -> float:
-        """Return the parts of a step by which ties are told, where they are made even: 12 variance = 1 + 2 / n^2."""
-        more = self.own.deviations.get(entry, 1.0) ** 2 - 1.0
-        return math.sqrt(2.0 / more) if more > _NONE else 0.0
+        """Return the parts of a step by which ties are told, where they are made even."""
+        drop = self.own.drops[entry]
+        return 2.0**drop.bits if drop.rounding == "half_even" else 0.0
 
     def _error(self, value: Array, change: Array, known: OnGrid | None, before: Mapping[Entry, OnGrid]) -> OnGrid:
         square = float(value[:-1] @ value[:-1])
-        multiples = np.arange(1.0, known.levels or _MULTIPLES + 1 if known else _MULTIPLES + 1)
-        squares = self.nearest(np.outer(multiples, value))
-        none = squares.min(axis=1, initial=math.inf) <= _NONE * (multiples**2 * square + 1.0)
+        multiples = np.arange(1.0, (known.levels if known else 0) or MULTIPLES + 1)
+        both = np.concatenate([np.outer(multiples, value), np.outer(multiples, change)])
+        squares = np.split(self.nearest(both), 2)
+        none = squares[0].min(axis=1, initial=math.inf) <= _NONE * (multiples**2 * square + 1.0)
         levels, offset, ties = known.levels if known else 0, 0.0, 0.0
         if known is None and none.any():
             levels = int(np.argmax(none)) + 1
             left, factors = self._left(levels * value[None])
             offset = float(left[0, -1]) / levels
-            ties = self._ties(factors[0], before) * (2.0 / levels) ** 2 * _OF_ONE
+            ties = self._ties(factors[0], before) * (2.0 / levels) ** 2 * OF_ONE
         own = multiples < (levels or math.inf)
-        both = squares[own], self.nearest(np.outer(multiples[own], change))
-        apart = [float(np.sum(_likeness(each) / multiples[own] ** 2)) * _OF_ONE for each in both]
+        apart = [float(np.sum(likeness(each[own]) / multiples[own] ** 2)) * OF_ONE for each in squares]
         motion = math.sqrt(min(square, float(change[:-1] @ change[:-1])))
         return OnGrid(levels, offset, max(apart) + ties, motion)
 
@@ -243,20 +306,29 @@ class _Words:
         The last word alone has its own error, so its factor is known first; both whole numbers
         beside it are tried.
         """
-        left, squares = values[:, None], np.zeros((len(values), 1))
-        for word, column in zip(self.words, self.columns, strict=True):
-            ratio = left[:, :, column] / word[column]
+        own = self.words[:, self.columns]  # of words before, a word has no error
+        left, squares, rows = values[:, None, self.columns], np.zeros((len(values), 1)), np.arange(len(values))[:, None]
+        steps = list[tuple[int, Indices, Array]]()
+        for place, word in enumerate(own):
+            ratio, left = left[:, :, 0] / word[place], left[:, :, 1:]
             if not (np.abs(ratio) > _NONE).any():
                 continue
             whole = np.rint(ratio)
-            both = np.concatenate([whole, np.where(ratio > whole, whole + 1.0, whole - 1.0)], axis=1)
-            far = np.tile(squares, 2) + ((np.tile(ratio, 2) - both) * word[column]) ** 2
+            apart = ratio - whole
+            both = np.concatenate([whole, whole + np.where(apart > 0.0, 1.0, -1.0)], axis=1)
+            apart *= word[place]
+            other = abs(word[place]) - np.abs(apart)
+            far = np.concatenate([squares + apart**2, squares + other**2], axis=1)
             order = np.argsort(far, axis=1, kind="stable")[:, :_SUMS]
-            of, both = (order % ratio.shape[1])[:, :, None], np.take_along_axis(both, order, axis=1)
-            squares = np.take_along_axis(far, order, axis=1)
-            left = np.take_along_axis(left, of, axis=1) - both[:, :, None] * word
-        left = np.concatenate([left, values[:, None]], axis=1)
-        return np.asarray(np.sum(left[:, :, :-1] ** 2, axis=2))
+            of, both, squares = order % ratio.shape[1], both[rows, order], far[rows, order]
+            left = left[rows, of] - both[:, :, None] * word[place + 1 :]
+            steps.append((place, of, both))
+        factors = np.zeros((*squares.shape, len(own)))
+        now = np.arange(squares.shape[1])[None]
+        for place, of, both in reversed(steps):
+            factors[:, :, place], now = both[rows, now], of[rows, now]
+        whole = np.concatenate([values[:, None] - factors @ self.words, values[:, None]], axis=1)
+        return np.asarray(np.sum(whole[:, :, :-1] ** 2, axis=2))
 
     def _left(self, values: Array) -> tuple[Array, Array]:
         """Return what is left of values less the words nearest to them, one after the other, and their factors."""
@@ -275,14 +347,9 @@ class _Words:
         return ties
 
 
-def _likeness(squares: Array) -> Array:
-    """Return the sums over k of exp(-2 pi^2 V), a column for each h."""
-    return np.asarray(np.sum(np.exp(-2.0 * math.pi**2 * squares), axis=1))
-
-
-def _forms(a: Array, b: Array, c: Array, d: Array, levels: Array, back: int) -> Array:
+def _forms(states: Array, a: Array, b: Array, c: Array, d: Array, levels: Array, back: int) -> Array:
     """Return the outputs in some periods by what makes the states before all of them, and by what enters in each."""
-    sizes, basis = np.linalg.eigh(summed(a, b @ b.T))
+    sizes, basis = np.linalg.eigh(states)
     states, wide = basis * np.sqrt(np.maximum(sizes, 0.0)), b.shape[1]
     moved = np.hstack([states, np.zeros((len(a), wide * (back + 1) + 1))])
     forms: list[Array] = []

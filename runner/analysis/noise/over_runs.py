@@ -25,11 +25,13 @@ from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.decisions.one_bit import noise_at
+from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints, linearised
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map
-from proofmass.runner.analysis.noise.covariances import Covariances, CovarianceTicks, Last, Stretch
+from proofmass.runner.analysis.noise.covariances import Covariances, CovarianceTicks, Stretch
+from proofmass.runner.analysis.noise.grids import errors_along
 from proofmass.runner.derivatives.dual_noise import Followed, given, one_model_each, reached
 from proofmass.runner.derivatives.stepped_ticks import UndefinedSlopesError
 from proofmass.runner.host.arrays import Array
@@ -61,6 +63,7 @@ class ValueDeviation(Told):
     value: float  # there, without noise
     deviation: float  # over runs
     sources: Mapping[str, float]  # deviation by block, the largest first
+    notes: tuple[str, ...] = ()  # on roundings whose errors are neither white nor uniform
 
     def as_data(self) -> dict[str, Any]:
         """Plain data, for `--json`."""
@@ -71,6 +74,7 @@ class ValueDeviation(Told):
             "value": self.value,
             "deviation": self.deviation,
             "sources": dict(self.sources),
+            "notes": list(self.notes),
         }
 
 
@@ -111,7 +115,7 @@ def deviations(
     early = next((output for output, node in zip(outputs, nodes, strict=True) if node not in found.last), None)
     if early is not None:
         raise ModelError([planned.graph.placed(_early(early, (ticks - 1) * planned.period))])
-    return [_deviation(planned, *each, found.last[each[1]]) for each in zip(outputs, nodes, strict=True)]
+    return [_deviation(planned, *each, found) for each in zip(outputs, nodes, strict=True)]
 
 
 def densities(
@@ -134,7 +138,7 @@ def densities(
         rate = float(planned.schedule.base_rate) / strides[node]
         lines = np.arange(len(window) // 2 + 1) * rate / len(window)
         density = np.sum([*stretches[node].powers.values()], axis=0) * (2.0 / (rate * float(np.sum(window**2))))
-        answers.append((_deviation(planned, output, node, found.last[node]), lines, density))
+        answers.append((_deviation(planned, output, node, found), lines, density))
     return answers
 
 
@@ -160,9 +164,11 @@ def followed(
         noisy = {name: models for name, models in noisy.items() if name in drawn}
     begin = begin or start(planned.without_noise)
     upstream, first = blocks_of_map(planned, (), nodes, False, noisy)[0], begin.tick
-    code = (course or about.course).slopes(ticks - first, True, upstream) if one_model_each(noisy) else None
+    course = course or about.course
+    code = course.slopes(ticks - first, True, upstream) if one_model_each(noisy) else None
+    errors = errors_along(planned, course.at, Ends((), tuple(nodes), noise=noisy), ticks, code)
     while True:
-        found = Covariances(stretches)
+        found = Covariances(stretches, errors)
         advance: Callable[[int, Rows], bool]
         if code is not None and code.wires.keys() >= {*nodes}:
             # start-up time: few ticks need no compiler
@@ -188,7 +194,8 @@ def followed(
         return found
 
 
-def _deviation(planned: Plan, output: str, node: Endpoint, last: Last) -> ValueDeviation:
+def _deviation(planned: Plan, output: str, node: Endpoint, found: Covariances) -> ValueDeviation:
+    last = found.last[node]
     parts = sorted(((math.sqrt(v), name) for name, v in last.variances.items() if v > 0.0), reverse=True)
     return ValueDeviation(
         output=output,
@@ -197,4 +204,5 @@ def _deviation(planned: Plan, output: str, node: Endpoint, last: Last) -> ValueD
         value=last.value,
         deviation=math.sqrt(sum(last.variances.values())),
         sources={name: deviation for deviation, name in parts},
+        notes=found.notes(node),
     )

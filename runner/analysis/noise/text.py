@@ -21,7 +21,7 @@ def value_text(found: ValueDeviation) -> str:
         f"  {'source':<28} {'rms' + unit:>16} {'share':>8}",
     ]
     lines += [f"  {name:<28} {rms:16.5g} {100.0 * rms**2 / whole:7.2f} %" for name, rms in found.sources.items()]
-    return "\n".join(lines)
+    return "\n".join([*lines, *(f"  note: {note}" for note in found.notes)])
 
 
 def noise_text(budget: NoiseBudget) -> str:

@@ -2,10 +2,10 @@
 noise is small.
 
 They are so where what the quantiser is given moves by enough of a step from value to value (Widrow
-and Kollar, Quantization Noise, 2008, chapter 7): Gaussian motion of half a step leaves a
-correlation of exp(-2 pi^2 / 4), which is 0.7 %. A magnitude that is cut errs by half a step against
-its sign. Where Gaussian motion of s steps turns the sign, E[x e] = -s / sqrt(2 pi): that takes
-0.4 / s off the motion, and adds nothing to it. Where no sign turns, the half step stands still.
+and Kollar, Quantization Noise, 2008, chapter 7): by half a step, as `off` says. A magnitude that is
+cut errs by half a step against its sign. Where Gaussian motion of s steps turns the sign, E[x e] =
+-s / sqrt(2 pi): that takes 0.4 / s off the motion, and adds nothing to it. Where no sign turns, the
+half step stands still.
 
 Where noise moves the operating point, the map there must do the same to it. A product of two
 noises, or the root of a sum of squares of noise alone, has a slope that noise itself sets. The map
@@ -37,8 +37,10 @@ from proofmass.runner.derivatives.dual_noise import rounds
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.reference.interpret import TickError
 
-ENOUGH, ENOUGH_CUT = 0.5, 40.0  # steps rms; of a magnitude that is cut, for 1 % of the motion
-APART = 0.01  # of the mean square of an error on a grid
+ENOUGH_CUT = 40.0  # steps rms of a magnitude that is cut, for 1 % of the motion
+APART = 0.01  # of the mean square of an error
+MULTIPLES = 8  # h, of which the last is 2 % of the mean square
+OF_ONE = 12.0 / math.pi**2
 _TICKS = 512  # base ticks of a run with noise, or one period
 _INSTANTS, _MAPPED = 8, 64  # maps along it, and base ticks of them, or one period
 _MORE = 4  # times as many where some map is another
@@ -65,7 +67,7 @@ class Dither:
     @property
     def moves(self) -> bool:
         """Return whether its input moves by enough of a step."""
-        return min(self.rms, self.change) >= ENOUGH
+        return off(min(self.rms, self.change)) <= APART
 
     @property
     def gridded(self) -> bool:
@@ -76,6 +78,17 @@ class Dither:
     def turns(self) -> bool:
         """Return whether the error follows the sign of what is cut, by over 1 % of its motion."""
         return self.cut and self.rms < ENOUGH_CUT
+
+
+def likeness(squares: Array) -> Array:
+    """Return the sums over k of exp(-2 pi^2 V), a column for each h: V are `squares` in steps."""
+    return np.asarray(np.sum(np.exp(-2.0 * math.pi**2 * squares), axis=1))
+
+
+def off(motion: float) -> float:
+    """Return how far errors are from white and uniform, of their mean square, by an rms motion in steps alone."""
+    multiples = np.arange(1.0, MULTIPLES + 1.0)
+    return OF_ONE * float(np.sum(likeness((motion * multiples[:, None]) ** 2) / multiples**2))
 
 
 def dithers(

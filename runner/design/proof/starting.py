@@ -49,6 +49,7 @@ from proofmass.runner.analysis.linearisation.map_blocks import common_period
 from proofmass.runner.analysis.linearisation.map_changes import change_between
 from proofmass.runner.analysis.linearisation.orbit import SAME, OrbitPoint
 from proofmass.runner.analysis.linearisation.steady_state import SteadyState
+from proofmass.runner.analysis.noise.grids import errors_about
 from proofmass.runner.analysis.noise.noise_map import noise_map, variance
 from proofmass.runner.analysis.response.response import response_of_map
 from proofmass.runner.derivatives.ball import Ball, UndecidedError, ball
@@ -80,6 +81,7 @@ from proofmass.runner.reference.interpret import TickError
 
 _ALIKE = "a way that is the same in each period from the start of the run"
 _MOST_ENDS = 512  # random numbers and values of the output in a period
+_UNIFORM = 1.0 + 1e-9  # most of a size that counts as uniform over a step
 _SAME_LATER = "a loop that is the same later"
 
 
@@ -219,6 +221,9 @@ class StartingNoise(Starting):
         point = at_start(plan, ends, first) if rest is None else about.point_of(ends)
         if rest is None and point.map.tick != first:
             raise changes_later(plan, way, target)
+        sizes = errors_about(about, ends)[0].sizes
+        if uneven := sorted(name for (name, _), size in sizes.items() if size > _UNIFORM):
+            raise plan.graph.placed(_decides(target, uneven)).error
         between = noise_map(point.map, target)
         if between.settles and not any(between.mean_squares):
             raise plan.graph.placed(_none(target)).error
@@ -270,7 +275,7 @@ def _decides(target: Endpoint, blocks: Sequence[str]) -> Problem:
         message=f"the noise of {signal} is that of a run: this has no proof",
         key=signal,
         got=", ".join(blocks),
-        expected="sources that do not depend on decisions of one bit or on fixed point",
+        expected="sources that do not depend on decisions of one bit, on fixed point or on words of few bits",
         hint="search with `proofmass worst`",
         path=("blocks", target[0]),
     )

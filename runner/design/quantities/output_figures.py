@@ -14,12 +14,14 @@ import numpy as np
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.quantities import Noise, ResponseFigure
 from proofmass.runner.analysis.decisions.one_bit import noise_at, with_spectra
+from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import common_period
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.noise.band import bends, mean_squares, rule
 from proofmass.runner.analysis.noise.derivatives import rms_slopes
+from proofmass.runner.analysis.noise.grids import errors_about
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
 from proofmass.runner.analysis.response.response import Response, response_of_map
 from proofmass.runner.derivatives.dual_noise import noise_blocks
@@ -80,7 +82,8 @@ def read_noise(points: OperatingPoints, wanted: Noise, parameters: Mapping[str, 
 
     def ask(about: Linearisation) -> PeriodMap:
         noisy = noise_at(about, [target])
-        return with_spectra(about.map(inputs, [target], noise=noisy, by_parameters=slopes), noisy)
+        whole = with_spectra(about.map(inputs, [target], noise=noisy, by_parameters=slopes), noisy)
+        return errors_about(about, Ends(tuple(inputs), (target,), noise=noisy))[0].of(whole)
 
     whole = points.answered(ask, first)
     to_output = noise_map(whole, target)
