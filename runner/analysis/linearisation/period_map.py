@@ -79,6 +79,7 @@ class PeriodMap:
     end: Memory | None = None  # after the period, in plain numbers
     told: str = ""  # how the operating point was found
     starting: bool = False  # whether the map changes after a start
+    rounded: bool = False  # whether numbers are those of a run, else what they were without rounding
     drops: Mapping[Entry, Drop] = field(default_factory=dict)  # of roundings in fixed point
     late: float = 0.0  # seconds from the first value of the only input to that of the only output
     ticks: TickMaps | None = None  # of a loop, from value to value of the wire
@@ -317,6 +318,7 @@ def period_map(
             tick=memory.tick,
             time=memory.tick * plan.period,
             end=without_slopes(engine.memory(), plan),
+            rounded=in_code is not None,
             drops=engine.drops,
             late=_late(plan, inputs, outputs),
         )

@@ -242,6 +242,7 @@ class _Words:
                 column = columns[entry]
                 word = self.values[period, row].copy()
                 word[first + period * errors + column] += deviations[column]
+                word[-1] *= not own.rounded  # any whole number
                 words.append(word)
                 self.columns.append(first + period * errors + column)
                 self.names.append(entry)
