@@ -19,12 +19,6 @@ def loops(edges: Mapping[Node, Iterable[Node]]) -> list[set[Node]]:
     return [part for part in parts if len(part) > 1 or graph.has_edge(*part, *part)]
 
 
-def parts_in_order(needs: Mapping[Node, Iterable[Node]]) -> list[list[Node]]:
-    """Return sets of nodes that all need each other, each after those that it needs, and sorted."""
-    whole = networkx.condensation(_digraph(turned(needs)))
-    return [sorted(whole.nodes[part]["members"]) for part in networkx.topological_sort(whole)]
-
-
 def alphabetical(needs: Mapping[Node, Iterable[Node]]) -> Iterator[Node]:
     """The alphabetically first order in which each node comes after all that it needs.
 
@@ -43,8 +37,9 @@ def connected(nodes: Iterable[Node], edges: Iterable[tuple[Node, Node]]) -> list
 
 def reached(edges: Mapping[Node, Iterable[Node]], starts: Iterable[Node]) -> set[Node]:
     """Return the nodes that can be reached from others. A start is among them only if a way leads back to it."""
-    first = {other for start in starts for other in edges.get(start, ())}
-    return {node for layer in networkx.bfs_layers(_digraph(edges), first) for node in layer}
+    return with_following(
+        (other for start in starts for other in edges.get(start, ())), lambda node: edges.get(node, ())
+    )
 
 
 def with_following(starts: Iterable[Node], following: Callable[[Node], Iterable[Node]]) -> set[Node]:

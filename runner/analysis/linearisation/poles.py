@@ -19,8 +19,9 @@ from typing import Any, Literal
 import flint
 import numpy as np
 import scipy.linalg
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
-from proofmass.graphs.model.digraph import parts_in_order
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.rational import (
     LARGEST_CERTIFIED,
@@ -165,7 +166,11 @@ def _distance(root: Any, sampled: bool) -> float:
 
 def parts_of(a: Array) -> list[list[int]]:
     """Return sets of states that all act on each other, each after those that act on it."""
-    return parts_in_order({row: np.flatnonzero(entries).tolist() for row, entries in enumerate(a)})
+    if not len(a):
+        return []
+    _, numbers = connected_components(csr_array(a != 0.0), connection="strong")  # what acts has a smaller one
+    order = np.argsort(numbers, kind="stable")
+    return [part.tolist() for part in np.split(order, np.flatnonzero(np.diff(numbers[order])) + 1)]
 
 
 def _vectors(a: Array, root: Any) -> tuple[Array, Array]:

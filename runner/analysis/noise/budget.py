@@ -68,7 +68,7 @@ def noise(
     """The noise budget of an output: density and rms of what each source makes there, exactly for small signals.
 
     Sources are blocks that draw random numbers, those of a user too, and quantisers, whose error
-    counts as white and uniform over one step. What sampling, holding and decimation fold into the
+    counts as white, and uniform over one step or over the levels that are left of it. What sampling, holding and decimation fold into the
     band is in it. `band` is in Hz, up to half the rate of the output unless said; `at` is the
     operating point, as in `linearise`. With an `input` the density is referred to it as well.
     Densities are those at some `frequencies` in Hz, ascending, or on a logarithmic grid.

@@ -81,11 +81,14 @@ class GridErrors:
 
     def notes(self, blocks: Collection[str]) -> list[str]:
         """Return notes on the errors of some blocks that are neither white nor uniform."""
+        largest = dict[str, float]()
+        for (block, _), apart in sorted(self.apart.items()):
+            if block in blocks and apart > APART:
+                largest[block] = max(largest.get(block, 0.0), min(100.0 * apart, 100.0))
         return [
             f"{block}: noise moves what it rounds too little, or by too few levels, for an error that is white and"
-            f" uniform: its mean square may be off by up to {min(100.0 * apart, 100.0):.2g} %"
-            for block, apart in sorted(_largest(self.apart).items())
-            if block in blocks and apart > APART
+            f" uniform: unless signals move it more, its mean square may be off by up to {percent:.3g} %"
+            for block, percent in largest.items()
         ]
 
 
@@ -143,16 +146,11 @@ def _errors(planned: Plan, whole: PeriodMap, moving: bool = False) -> GridErrors
 
 def _rule(block: Block) -> Rounding:
     """Return the rule by which a converter rounds."""
-    named = getattr(block, "rounding", None)
-    if named in get_args(Rounding):
-        return named
+    for rule in get_args(Rounding):
+        if rule == getattr(block, "rounding", None):
+            return rule
     to_even = any(reaches(each.function, (round_half_even,)) for each in functions_in_loop(block).values())
     return "half_even" if to_even else "half_up"
-
-
-def _largest(apart: Mapping[Endpoint, float]) -> Mapping[str, float]:
-    """Return the largest of each block."""
-    return {block: max(of for (name, _), of in apart.items() if name == block) for block, _ in apart}
 
 
 def size_of(levels: int, offset: float, rule: Rounding) -> float:
@@ -186,17 +184,19 @@ def on_grids(whole: PeriodMap) -> Mapping[Entry, OnGrid]:
     """
     own = whole.between()
     own = own.to_outputs([i for i, entry in enumerate(own.outputs) if rounds(entry[1])])
-    exact, still = dict[Entry, OnGrid](), set[Entry]()
-    while more := {e: error for e, error in _Words(own, exact.keys()).exact().items() if e not in exact}:
-        exact |= more
-        own = _scaled(own, dict.fromkeys(more, 0.0))
-    moved = found = _Words(own, exact.keys()).errors(exact.keys(), {})
+    exact, still, lasting = dict[Entry, OnGrid](), set[Entry](), Lasting(own.parts()[0])
+    words = _Words(own, lasting, exact.keys())
+    while found := {entry: error for entry, error in words.exact().items() if entry not in exact}:
+        exact |= found
+        own = _scaled(own, dict.fromkeys(found, 0.0))
+        words = _Words(own, lasting, exact.keys())
+    moved = known = words.errors(exact.keys(), {})
     while more := {entry for entry, error in moved.items() if off(error.motion) > APART} - still:
         still |= more
         own = _standing(own, more)
-        moved = _Words(own, exact.keys() | still).errors(exact.keys(), found)
+        moved = _Words(own, Lasting(own.parts()[0]), exact.keys() | still).errors(exact.keys(), known)
     errors = {
-        entry: replace(error, apart=max(error.apart, moved.get(entry, error).apart)) for entry, error in found.items()
+        entry: replace(error, apart=max(error.apart, moved.get(entry, error).apart)) for entry, error in known.items()
     }
     return errors | exact
 
@@ -219,10 +219,9 @@ class _Words:
     point.
     """
 
-    def __init__(self, own: PeriodMap, but: AbstractSet[Entry]) -> None:
+    def __init__(self, own: PeriodMap, lasting: Lasting, but: AbstractSet[Entry]) -> None:
         self.own = own
-        a, b, c, d = own.parts()
-        lasting, fading = Lasting(a), 1.0
+        (a, b, c, d), fading = own.parts(), 1.0
         if lasting.passes(b, c):
             fading = _FADING / max(1.0, lasting.largest)
         else:
@@ -332,11 +331,20 @@ class _Words:
         return np.asarray(np.sum(whole[:, :, :-1] ** 2, axis=2))
 
     def _left(self, values: Array) -> tuple[Array, Array]:
-        """Return what is left of values less the words nearest to them, one after the other, and their factors."""
-        left, factors = values.copy(), np.zeros((len(values), len(self.words)))
+        """Return what is left of values less the words nearest to them, one after the other, and their factors.
+
+        A value ends where something is left in the column of a word: no word after it takes that away.
+        """
+        left, factors, rows = values.copy(), np.zeros((len(values), len(self.words))), np.arange(len(values))
+        most = _NONE * (np.sum(values[:, :-1] ** 2, axis=1) + 1.0)
         for place, (word, column) in enumerate(zip(self.words, self.columns, strict=True)):
-            factors[:, place] = np.rint(left[:, column] / word[column])
-            left -= factors[:, place, None] * word
+            ratio = left[rows, column] / word[column]
+            whole = np.rint(ratio)
+            near = ((ratio - whole) * word[column]) ** 2 <= most[rows]
+            rows, whole = rows[near], whole[near]
+            factors[rows, place] = whole
+            moved = np.flatnonzero(whole)
+            left[rows[moved]] -= whole[moved, None] * word
         return left, factors
 
     def _ties(self, factors: Array, before: Mapping[Entry, OnGrid]) -> float:
