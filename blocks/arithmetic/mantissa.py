@@ -169,7 +169,7 @@ def rounded(mantissa: WholeNumber, dropped: int, rounding: Rounding) -> Any:
 
 @dataclass(frozen=True)
 class Drop:
-    """What a rounding drops: so many bits, by a rule."""
+    """Bits that a rounding drops, and its rule."""
 
     bits: int
     rounding: Rounding

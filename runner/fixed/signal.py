@@ -254,7 +254,7 @@ class Tracer:
 
     @property
     def errors(self) -> dict[Operation, tuple[Drop, Operation]]:
-        """What shifts drop, and of what."""
+        """Bits that shifts drop, and of what."""
         return self.program.errors
 
     def bounds(self, operation: Operation) -> tuple[int, int]:

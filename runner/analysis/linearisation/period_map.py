@@ -246,8 +246,8 @@ def period_map(
     heard = [*outputs, *((name, "") for name in quantisers or ())]
     upstream, moving = blocks_of_map(plan, inputs, heard, everything, noise)
     quantisers = noise.keys() if quantisers is None else quantisers
-    ticks = period_of_blocks(plan, moving, [*inputs, *outputs])
-    ticks, memory = span or ticks * periods, memory or start(plan)
+    ticks = span or period_of_blocks(plan, moving, [*inputs, *outputs]) * periods
+    memory = memory or start(plan)
     if by_parameters:
         plan = differentiated(plan)
     counted: set[str] = set()  # blocks whose integers are bits or indices and keep their values

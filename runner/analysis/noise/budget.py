@@ -68,10 +68,11 @@ def noise(
     """The noise budget of an output: density and rms of what each source makes there, exactly for small signals.
 
     Sources are blocks that draw random numbers, those of a user too, and quantisers, whose error
-    counts as white, and uniform over one step or over the levels that are left of it. What sampling, holding and decimation fold into the
-    band is in it. `band` is in Hz, up to half the rate of the output unless said; `at` is the
-    operating point, as in `linearise`. With an `input` the density is referred to it as well.
-    Densities are those at some `frequencies` in Hz, ascending, or on a logarithmic grid.
+    counts as white, and uniform over one step or over the levels that are left of it. What
+    sampling, holding and decimation fold into the band is in it. `band` is in Hz, up to half the
+    rate of the output unless said; `at` is the operating point, as in `linearise`. With an `input`
+    the density is referred to it as well. Densities are those at some `frequencies` in Hz,
+    ascending, or on a logarithmic grid.
 
     With `derivatives` those of the rms by every real parameter come too, exactly, and what one more
     of each whole number of a quantiser does to it, such as one more bit.
@@ -278,8 +279,8 @@ def _notes(
     """Notes that a reader needs to judge the numbers."""
     notes = [
         f"{source.block}: noise moves its input by {source.dither.change:.2g} steps from value to value, and"
-        f" {source.dither.rms:.2g} in all: below 0.5 its error is noise only if signals move it"
-        " more, and else anything up to half a step"
+        f" {source.dither.rms:.2g} in all: its error is noise only if signals move it more, and else anything"
+        " up to half a step"
         for source in sources
         if source.dither is not None and not source.dither.moves
     ]

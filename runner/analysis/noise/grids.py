@@ -49,6 +49,7 @@ _MOST = 1 << 22  # entries of what is computed at a time
 _TIED = 64  # parts of a step, of which ties are 5 % of the mean square
 _NONE = 1e-12  # of the largest variance: no motion
 _LONGEST, _SUMS = 128, 16  # words of a sum, and sums that are followed, those that come nearest
+_RULES: tuple[Rounding, ...] = get_args(Rounding)
 _BITS = 60  # that a converter drops: all parts of a step
 _FADING = 0.999  # in a period, of what has no bound
 _ALIKE = 1e-6  # of the sizes of an error in a period, and of whole numbers
@@ -146,7 +147,7 @@ def _errors(planned: Plan, whole: PeriodMap, moving: bool = False) -> GridErrors
 
 def _rule(block: Block) -> Rounding:
     """Return the rule by which a converter rounds."""
-    for rule in get_args(Rounding):
+    for rule in _RULES:
         if rule == getattr(block, "rounding", None):
             return rule
     to_even = any(reaches(each.function, (round_half_even,)) for each in functions_in_loop(block).values())
