@@ -164,28 +164,27 @@ def effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:
     first, second = first.kept(kept), second.kept(kept)
     changes, n = [0.0], first.order
     response, (_, b, _, d), other = ChangedResponse(first.parts(), z), first.parts(), second.parts()
-    for rows in _groups(first.states, first.outputs):
-        for columns in _groups(first.states, first.inputs):
-            pair = np.ix_(rows, columns)
-            if (first.matrix[pair] == second.matrix[pair]).all():
-                continue
-            if columns[0] >= n:
-                own = [column - n for column in columns]
-                new_b, new_d = b[:, own].copy(), d[:, own].copy()
-                if rows[0] < n:
-                    new_b[rows] = other[1][np.ix_(rows, own)]
-                else:
-                    outputs = [row - n for row in rows]
-                    new_d[outputs] = other[3][np.ix_(outputs, own)]
-                size, moved = response.of_columns(own, new_b, new_d)
+    down, across = (_members(first.states, ends) for ends in (first.outputs, first.inputs))
+    for places in np.argwhere(down @ (first.matrix[:, :-1] != second.matrix[:, :-1]) @ across.T).tolist():
+        rows, columns = (np.flatnonzero(of[place]).tolist() for of, place in zip((down, across), places, strict=True))
+        pair = np.ix_(rows, columns)
+        if columns[0] >= n:
+            own = [column - n for column in columns]
+            new_b, new_d = b[:, own].copy(), d[:, own].copy()
+            if rows[0] < n:
+                new_b[rows] = other[1][np.ix_(rows, own)]
             else:
-                change = np.zeros((len(rows), n))
-                change[:, columns] = second.matrix[pair] - first.matrix[pair]
-                if rows[0] < n:
-                    size, moved = response.of_states(rows, change)
-                else:
-                    size, moved = response.of_outputs([row - n for row in rows], change)
-            changes.append(float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0))))
+                outputs = [row - n for row in rows]
+                new_d[outputs] = other[3][np.ix_(outputs, own)]
+            size, moved = response.of_columns(own, new_b, new_d)
+        else:
+            change = np.zeros((len(rows), n))
+            change[:, columns] = second.matrix[pair] - first.matrix[pair]
+            if rows[0] < n:
+                size, moved = response.of_states(rows, change)
+            else:
+                size, moved = response.of_outputs([row - n for row in rows], change)
+        changes.append(float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0))))
     return max(changes)
 
 
