@@ -100,7 +100,7 @@ def test_budgets_along_a_run_have_the_errors_that_are_there(gain: float, roundin
     """Behind a carrier that fits no number of ticks the error shows as what is ten steps does."""
     blocks, wires = rounded_gain(gain, rounding)
     blocks |= {"carrier": NumericallyControlledOscillator(frequency=7.3890561), "mixer": Product()}
-    of = graph(blocks, [*wires, "number.output -> mixer.first", "carrier.sine -> mixer.second"], samples=100)
+    of = graph(blocks, [*wires, "number.output -> mixer.first", "carrier.sine -> mixer.second"], samples=60)
     (found,) = budgets_along(OperatingPoints(plan(of)), ["mixer.output"], None, ())
     assert isinstance(found, NoiseBudget)
     parts = {source.block: source.rms for source in found.sources}
