@@ -250,10 +250,15 @@ class _Words:
 
     def exact(self) -> dict[Entry, OnGrid]:
         """Return the roundings that are sums of words already."""
-        left, _ = self._left(self.values[0])
+        left, factors = self._left(self.values[0])
         squares = np.sum(self.values[0, :, :-1] ** 2, axis=1)
         rows = np.flatnonzero(np.sum(left[:, :-1] ** 2, axis=1) <= _NONE * (squares + 1.0)).tolist()
-        return {self.own.outputs[row]: OnGrid(1, 0.0, 0.0, math.sqrt(squares[row])) for row in rows}
+        known = {self.own.outputs[row]: row for row in rows if self._has_grid(self.own.outputs[row], factors[row])}
+        return {entry: OnGrid(1, 0.0, 0.0, math.sqrt(squares[row])) for entry, row in known.items()}
+
+    def _has_grid(self, entry: Entry, factors: Array) -> bool:
+        """Return whether words say where a sum of them lies: what a converter has of no word moves with signals."""
+        return self.own.drops[entry].bits < _BITS or bool(factors.any())
 
     def errors(self, exact: AbstractSet[Entry], known: Mapping[Entry, OnGrid]) -> Mapping[Entry, OnGrid]:
         """Return what the errors are of all that are not exact, with the levels that are known or those it finds."""
@@ -266,7 +271,7 @@ class _Words:
                 if late <= self.back and self.own.outputs[row] not in exact:
                     value, entry = self.values[0, row], self.own.outputs[row]
                     change = value - self.values[late, rows[number - 1]]
-                    error = self._error(value, change, known.get(entry), found)
+                    error = self._error(entry, value, change, known.get(entry), found)
                     found[entry] = replace(error, apart=max(error.apart, self._signs(entry, error.levels, change)))
         return found
 
@@ -284,7 +289,9 @@ class _Words:
         drop = self.own.drops[entry]
         return 2.0**drop.bits if drop.rounding == "half_even" else 0.0
 
-    def _error(self, value: Array, change: Array, known: OnGrid | None, before: Mapping[Entry, OnGrid]) -> OnGrid:
+    def _error(
+        self, entry: Entry, value: Array, change: Array, known: OnGrid | None, before: Mapping[Entry, OnGrid]
+    ) -> OnGrid:
         square = float(value[:-1] @ value[:-1])
         multiples = np.arange(1.0, (known.levels if known else 0) or MULTIPLES + 1)
         both = np.concatenate([np.outer(multiples, value), np.outer(multiples, change)])
@@ -292,10 +299,11 @@ class _Words:
         none = squares[0].min(axis=1, initial=math.inf) <= _NONE * (multiples**2 * square + 1.0)
         levels, offset, ties = known.levels if known else 0, 0.0, 0.0
         if known is None and none.any():
-            levels = int(np.argmax(none)) + 1
-            left, factors = self._left(levels * value[None])
-            offset = float(left[0, -1]) / levels
-            ties = self._ties(factors[0], before) * (2.0 / levels) ** 2 * OF_ONE
+            several = int(np.argmax(none)) + 1
+            left, factors = self._left(several * value[None])
+            if self._has_grid(entry, factors[0]):
+                levels, offset = several, float(left[0, -1]) / several
+                ties = self._ties(factors[0], before) * (2.0 / levels) ** 2 * OF_ONE
         own = multiples < (levels or math.inf)
         apart = [float(np.sum(likeness(each[own]) / multiples[own] ** 2)) * OF_ONE for each in squares]
         motion = math.sqrt(min(square, float(change[:-1] @ change[:-1])))
