@@ -12,6 +12,7 @@ import numpy as np
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
+from proofmass.runner.analysis.linearisation.covariance import in_rms
 from proofmass.runner.analysis.linearisation.poles import judged, parts_of
 from proofmass.runner.host.arrays import Array, Complex
 
@@ -21,9 +22,12 @@ _schur: Any = scipy.linalg.schur
 
 
 class Lasting:
-    """The modes of a matrix that do not decay."""
+    """The modes of a matrix that do not decay.
 
-    def __init__(self, a: Array) -> None:
+    States are in units of their rms by what enters in numbers of unit variance, where that is said.
+    """
+
+    def __init__(self, a: Array, entering: Array | None = None) -> None:
         _, poles = judged(a, True)
         count = sum(pole.verdict != "stable" for pole in poles)
         while 0 < count < len(poles) and abs(poles[count - 1].value) - abs(poles[count].value) < _TOGETHER:
@@ -33,7 +37,7 @@ class Lasting:
         self.others = np.eye(len(a))
         if not count:
             return
-        alike, scale = balanced(a)
+        alike, scale = balanced(a) if entering is None else in_rms(a, entering)
         least = 0.5 * (abs(poles[count - 1].value) + (abs(poles[count].value) if count < len(poles) else 0.0))
         self._scale, self._alike = scale, alike
         self._right, self._left = _invariant(alike, least)

@@ -18,9 +18,10 @@ import numpy as np
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
+from proofmass.runner.analysis.linearisation.covariance import summed
 from proofmass.runner.analysis.linearisation.wire_response import Matrices
 from proofmass.runner.analysis.noise.band import rule_of
-from proofmass.runner.analysis.noise.noise_map import NoiseMap, summed
+from proofmass.runner.analysis.noise.noise_map import NoiseMap
 from proofmass.runner.plan.planned import Plan
 
 _AT_ONCE = 1 << 20  # complex numbers

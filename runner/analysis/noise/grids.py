@@ -26,12 +26,13 @@ from proofmass.blocks.arithmetic.rounding import round_half_even
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.decisions.one_bit import with_spectra
+from proofmass.runner.analysis.linearisation.covariance import summed
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.rings import Entry
-from proofmass.runner.analysis.noise.noise_map import summed, variance
+from proofmass.runner.analysis.noise.noise_map import variance
 from proofmass.runner.analysis.noise.validity import APART, MULTIPLES, OF_ONE, likeness, off
 from proofmass.runner.derivatives.dual_functions import reaches
 from proofmass.runner.derivatives.dual_noise import functions_in_loop, rounding_blocks, rounds
@@ -185,7 +186,7 @@ def on_grids(whole: PeriodMap) -> Mapping[Entry, OnGrid]:
     """
     own = whole.between()
     own = own.to_outputs([i for i, entry in enumerate(own.outputs) if rounds(entry[1])])
-    exact, still, lasting = dict[Entry, OnGrid](), set[Entry](), Lasting(own.parts()[0])
+    exact, still, lasting = dict[Entry, OnGrid](), set[Entry](), _lasting(own)
     words = _Words(own, lasting, exact.keys())
     while found := {entry: error for entry, error in words.exact().items() if entry not in exact}:
         exact |= found
@@ -195,11 +196,16 @@ def on_grids(whole: PeriodMap) -> Mapping[Entry, OnGrid]:
     while more := {entry for entry, error in moved.items() if off(error.motion) > APART} - still:
         still |= more
         own = _standing(own, more)
-        moved = _Words(own, Lasting(own.parts()[0]), exact.keys() | still).errors(exact.keys(), known)
+        moved = _Words(own, _lasting(own), exact.keys() | still).errors(exact.keys(), known)
     errors = {
         entry: replace(error, apart=max(error.apart, moved.get(entry, error).apart)) for entry, error in known.items()
     }
     return errors | exact
+
+
+def _lasting(own: PeriodMap) -> Lasting:
+    a, b, *_ = own.parts()
+    return Lasting(a, b * np.sqrt([variance(name) for _, name, _ in own.inputs]))
 
 
 def _standing(own: PeriodMap, still: set[Entry]) -> PeriodMap:

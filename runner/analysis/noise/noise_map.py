@@ -18,7 +18,6 @@ integral:
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -26,6 +25,7 @@ import scipy.linalg
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.decisions.one_bit import FILTER
 from proofmass.runner.analysis.linearisation.balance import balanced
+from proofmass.runner.analysis.linearisation.covariance import in_rms, summed
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.rings import Entry
@@ -35,10 +35,8 @@ from proofmass.runner.derivatives.stepped_ticks import Indices
 from proofmass.runner.host.arrays import Array, Complex
 
 _LARGEST = 1 << 21  # complex numbers that are computed at a time
-_DOUBLINGS = 64
 _MARGIN = 1e-12  # distance of the spectral radius below one
 _NEUTRAL = 1e-9  # distance above one to which rounding may move a pole on the unit circle
-_FADING = 0.999  # factor in a period, for the units of states that may wander
 
 
 def variance(part: str) -> float:
@@ -145,20 +143,10 @@ class NoiseMap(SampledStateSpace):
     @cached_property
     def _schur(self) -> tuple[Complex, Array, Complex]:
         """Schur form of the transposed A, in units of the states that make it alike."""
-        alike, scale = self._in_rms() if self.filtered else balanced(*self.matrices[:3])
+        a, b, c, _ = self.matrices
+        alike, scale = in_rms(a, b * np.sqrt(self.variances)) if self.filtered else balanced(a, b, c)
         form, basis, *_ = scipy.linalg.schur(alike.T, output="complex")
         return np.asarray(form), np.asarray(scale), np.asarray(basis)
-
-    def _in_rms(self) -> tuple[Array, Array]:
-        """Return A in units of the rms of each state, and these units. Balancing would tear a chain
-        of filters apart.
-
-        States that wander have the rms that they reach in some periods.
-        """
-        a, b, _, _ = self.matrices
-        squares = np.diag(summed(a * _FADING, b * self.variances @ b.T))
-        scale = np.sqrt(np.where(squares > 0.0, squares, 1.0))
-        return a * scale / scale[:, None], scale
 
     def _by_source(self, columns: Array) -> Array:
         """Sums over the columns of each source."""
@@ -170,7 +158,7 @@ def noise_map(whole: PeriodMap, output: Endpoint) -> NoiseMap:
     """The map to one output, without what does not reach it and without modes that do not show."""
     to_output = whole.to_outputs([i for i, entry in enumerate(whole.outputs) if entry[:2] == output]).between()
     a, b, c, d = to_output.parts()
-    lasting = Lasting(a)
+    lasting = Lasting(a, b * np.sqrt([variance(name) for _, name, _ in to_output.inputs]))
     identity = np.eye(len(a))
     left, right = (identity, identity) if lasting.passes(b, c) else lasting.reduction
     slopes = {name: _reduced(to_output.parts(slope), left, right) for name, slope in to_output.slopes.items()}
@@ -182,19 +170,3 @@ def noise_map(whole: PeriodMap, output: Endpoint) -> NoiseMap:
 def _reduced(parts: Matrices, left: Array, right: Array) -> Matrices:
     a, b, c, d = parts
     return left @ a @ right, left @ b, c @ right, d
-
-
-def summed(a: Array, first: Any, other: Array | None = None) -> Array:
-    """X in X = A X A' + first, by doubling: exact to rounding whatever the units of the states are.
-
-    With another matrix B it is X = A X B' + first.
-    """
-    total, power = np.array(first, dtype=float), np.array(a, dtype=float)
-    right = power if other is None else np.array(other, dtype=float)
-    for _ in range(_DOUBLINGS):
-        more = power @ total @ right.T
-        total = total + more
-        if np.all(np.abs(more) <= 1e-18 * np.abs(total)):
-            break
-        power, right = power @ power, right @ right
-    return np.asarray(total)

@@ -28,11 +28,12 @@ import numpy as np
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.decisions.one_bit import with_spectra
+from proofmass.runner.analysis.linearisation.covariance import summed
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
-from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map, summed, variance
+from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map, variance
 from proofmass.runner.derivatives.dual_noise import rounds
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.reference.interpret import TickError
@@ -111,9 +112,9 @@ def dithers(
 def _dither(block: str, part: str, whole: PeriodMap, kept: MutableMapping[Hashable, Any]) -> Dither:
     a, b, c, d = whole.parts()
     variances = np.array([variance(name) for _, name, _ in whole.inputs])
-    of_modes, of_motion = ("modes", _digest(a)), ("motion", _digest(a), _digest(b), whole.inputs)
+    of_modes, of_motion = ((word, _digest(a), _digest(b), whole.inputs) for word in ("modes", "motion"))
     if of_modes not in kept:
-        kept[of_modes] = Lasting(a)
+        kept[of_modes] = Lasting(a, b * np.sqrt(variances))
     lasting: Lasting = kept[of_modes]
     if lasting.passes(b, c):  # a random walk
         return Dither(block, part, math.inf, math.inf)

@@ -21,7 +21,7 @@ from functools import partial
 import numpy as np
 import scipy.linalg
 
-from proofmass.runner.analysis.noise.noise_map import summed
+from proofmass.runner.analysis.linearisation.covariance import summed
 from proofmass.runner.design.proof.closed_loop import Family, OpenCorners, joined
 from proofmass.runner.design.proof.contraction import Norm, bound_of, first_norm
 from proofmass.runner.design.proof.descent import descended, largest, unknown

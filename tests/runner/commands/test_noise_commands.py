@@ -1,6 +1,7 @@
 """The commands spectrum, allan, noise and noise-model: what they say, draw and refuse."""
 
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +39,17 @@ def test_noise_without_probes_is_that_of_outputs_that_nothing_reads(
     (budget,) = json.loads(said(capsys, "noise", str(file), "--json"))
     assert budget["output"] == "last.output"
     assert budget["rms"] == pytest.approx(6.0 * np.sqrt(500.0))
+
+
+@pytest.mark.defect(
+    "S865", before="0 rms, since no noise reaches the converter", after="a step over sqrt(12), in doubt"
+)
+def test_noise_of_a_converter_that_only_signals_move(capsys: pytest.CaptureFixture[str]) -> None:
+    """The graph that `proofmass new` writes."""
+    data = json.loads(said(capsys, "noise", "library:template", "--output", "adc.code", "--json"))
+    assert data["rms"] == pytest.approx(1.0 / math.sqrt(12.0))
+    [source] = data["sources"]
+    assert source["doubtful"]
 
 
 def test_noise_of_a_graph_without_wires_asks_for_an_output(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

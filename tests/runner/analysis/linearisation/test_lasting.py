@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from proofmass.runner.analysis.linearisation.covariance import summed
 from proofmass.runner.analysis.linearisation.lasting import Lasting, _invariant
 
 
@@ -50,3 +51,14 @@ def test_bases_to_the_right_and_to_the_left_belong_together() -> None:
     assert a @ right == pytest.approx(right @ part, abs=1e-12)
     assert left.T @ a == pytest.approx(part @ left.T, abs=1e-11)
     assert np.sort(np.linalg.eigvals(part).real) == pytest.approx([0.995, 1.0], abs=1e-12)
+
+
+@pytest.mark.defect("S864", before="a mean square of 4.6, or 1e103", after="2.818 of what does not wander")
+def test_what_is_gone_after_a_period_has_the_size_of_what_enters() -> None:
+    """A's own entries would say a unit of 1e-122: the mean square is the sum over k of |c A^k|^2, which ends at k = 1."""
+    gone = 1e-122
+    a = np.array([[gone, 2.5, 1e-150], [0.0, gone, 0.06], [0.0, 0.0, 1.0]])
+    c = np.array([[0.5, -1.0, -0.015]])  # the walk, [0.15, 0.06, 1], does not show
+    left, right = Lasting(a, np.eye(3)).reduction
+    square = c @ right @ summed(left @ a @ right, left @ left.T) @ (c @ right).T
+    assert square[0, 0] == pytest.approx(0.25 + 1.0 + 0.015**2 + 1.25**2 + 0.075**2, rel=1e-12)
