@@ -42,7 +42,7 @@ def test_noise_without_probes_is_that_of_outputs_that_nothing_reads(
 
 
 @pytest.mark.defect(
-    "S865", before="0 rms, since no noise reaches the converter", after="a step over sqrt(12), in doubt"
+    "S865", before="0 rms: no noise reaches the converter", after="a step over sqrt(12), in doubt"
 )
 def test_noise_of_a_converter_that_only_signals_move(capsys: pytest.CaptureFixture[str]) -> None:
     """The graph that `proofmass new` writes."""

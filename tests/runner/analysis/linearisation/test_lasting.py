@@ -55,7 +55,7 @@ def test_bases_to_the_right_and_to_the_left_belong_together() -> None:
 
 @pytest.mark.defect("S864", before="a mean square of 4.6, or 1e103", after="2.818 of what does not wander")
 def test_what_is_gone_after_a_period_has_the_size_of_what_enters() -> None:
-    """A's own entries would say a unit of 1e-122: the mean square is the sum over k of |c A^k|^2, which ends at k = 1."""
+    """A alone would say a unit of 1e-122. The mean square is the sum over k of |c A^k|^2, which ends at k = 1."""
     gone = 1e-122
     a = np.array([[gone, 2.5, 1e-150], [0.0, gone, 0.06], [0.0, 0.0, 1.0]])
     c = np.array([[0.5, -1.0, -0.015]])  # the walk, [0.15, 0.06, 1], does not show
