@@ -60,7 +60,7 @@ class Tones:
     @property
     def leaks(self) -> bool:
         """Return whether noise is told more than 0.1 dB too high, or harmonics are, since the tone leaks into them."""
-        return self.leaked**2 > (1.0 - 10.0**-0.01) * self.noise**2
+        return self.leaked > math.sqrt(1.0 - 10.0**-0.01) * self.noise
 
     def as_data(self) -> dict[str, Any]:
         """Plain data, for `--json`."""

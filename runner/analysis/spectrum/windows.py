@@ -36,8 +36,11 @@ def terms(name: str) -> tuple[float, ...]:
 def window(name: str, length: int) -> Array:
     """The window of so many values."""
     turn = 2.0 * np.pi * np.arange(length) / length
-    signed = (a if k % 2 == 0 else -a for k, a in enumerate(terms(name)))
-    return np.asarray(sum(a * np.cos(k * turn) for k, a in enumerate(signed)), dtype=float)
+    return np.asarray(sum(a * np.cos(k * turn) for k, a in enumerate(_signed(name))), dtype=float)
+
+
+def _signed(name: str) -> list[float]:
+    return [a if k % 2 == 0 else -a for k, a in enumerate(terms(name))]
 
 
 def transform(name: str, bins: float) -> float:
@@ -45,7 +48,7 @@ def transform(name: str, bins: float) -> float:
 
     Of many values it is the sum over k of (-1)^k a[k] bins / (bins^2 - k^2), each cosine's at its two places.
     """
-    return abs(sum((-1) ** k * a * bins / (bins**2 - k**2) for k, a in enumerate(terms(name))))
+    return abs(sum(a * bins / (bins**2 - k**2) for k, a in enumerate(_signed(name))))
 
 
 def half_lobe(name: str) -> int:

@@ -41,9 +41,7 @@ def test_noise_without_probes_is_that_of_outputs_that_nothing_reads(
     assert budget["rms"] == pytest.approx(6.0 * np.sqrt(500.0))
 
 
-@pytest.mark.defect(
-    "S865", before="0 rms: no noise reaches the converter", after="a step over sqrt(12), in doubt"
-)
+@pytest.mark.defect("S865", before="0 rms: no noise reaches the converter", after="a step over sqrt(12), in doubt")
 def test_noise_of_a_converter_that_only_signals_move(capsys: pytest.CaptureFixture[str]) -> None:
     """The graph that `proofmass new` writes."""
     data = json.loads(said(capsys, "noise", "library:template", "--output", "adc.code", "--json"))
