@@ -8,12 +8,12 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import AUTO
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
-from proofmass.runner.analysis.noise.budget import BudgetQuestion, budgets_at
+from proofmass.runner.analysis.noise.budget import BudgetQuestion, behind_sources, budgets_at
 from proofmass.runner.analysis.noise.noise_budget import NoiseBudget
 from proofmass.runner.analysis.noise.over_runs import deviation_over_runs
 from proofmass.runner.analysis.noise.plot import plot_noise
 from proofmass.runner.analysis.noise.text import derivatives_text, noise_text, value_text
-from proofmass.runner.commands.answers import DONE, Shown, print_answer, print_answers
+from proofmass.runner.commands.answers import DONE, Shown, print_answer, print_answers, print_text
 from proofmass.runner.commands.declarations.analysis import NoiseRequest
 from proofmass.runner.commands.graph_options import graph_of, outputs_of
 from proofmass.runner.commands.progress import progress
@@ -28,11 +28,15 @@ def show_noise(request: NoiseRequest) -> int:
         return _show_value(request, graph)
     with progress(request.as_json) as bar:
         points = OperatingPoints(plan(graph), request.at, bar)
-    outputs = outputs_of(graph, request.output, "--output")
+    every = outputs_of(graph, request.output, "--output")
+    outputs = behind_sources(points.plan, every)
     wanted = BudgetQuestion(request.source, band_of(request.band), derivatives=request.derivatives)
     answers = budgets_at(points, outputs, wanted)
     told = (answer if isinstance(answer, ModelError) else _answered(answer) for answer in answers)
-    return print_answers(told, bool(request.output), request.picture, request.as_json)
+    code = print_answers(told, bool(request.output), request.picture, request.as_json)
+    silent = [output for output in every if output not in outputs]
+    print_text([f"no noise reaches {', '.join(silent)}"] if silent and not request.as_json else [])
+    return code
 
 
 def _answered(budget: NoiseBudget) -> Shown:

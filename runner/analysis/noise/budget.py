@@ -167,12 +167,13 @@ def _budget_about(
             raise _silence(about, target, len(to_output.sources), noisy)
         return about, noisy, whole, to_output
 
-    drawing, upstream = noise_blocks(planned), blocks_of_map(planned, (), [target], False)[0]
-    if drawing.keys().isdisjoint(upstream):
+    drawing = noise_blocks(planned)
+    upstream = _upstream(planned, target) & drawing.keys()
+    if not upstream:
         raise _no_noise(planned, output, 0)
     first = common_period(planned, sources, [target], noise=drawing)  # in tick 0 processes start
     if target not in _reached(points, drawing):
-        raise _silence(points.after_start(first), target, len(drawing.keys() & upstream), {})
+        raise _silence(points.after_start(first), target, len(upstream), {})
     about, noisy, whole, to_output = points.answered(ask, first)
     ends = Ends(tuple(sources), (target,), noise=noisy, beside=tuple(beside))
     strain = "" if isinstance(about.point, PeriodicPoint) else strained(about, ends, target, whole, to_output)
@@ -326,6 +327,16 @@ def _reached(points: OperatingPoints, drawing: Noisy) -> set[Endpoint]:
         kept["reached"] = reached_by_noise(points.plan, drawing)
     reached: set[Endpoint] = kept["reached"]
     return reached
+
+
+def behind_sources(planned: Plan, outputs: Sequence[str]) -> list[str]:
+    """Return the outputs that have a source of noise upstream; all of them if none has."""
+    drawing = noise_blocks(planned).keys()
+    return [output for output in outputs if _upstream(planned, node_of(planned, output)) & drawing] or [*outputs]
+
+
+def _upstream(planned: Plan, target: Endpoint) -> set[str]:
+    return blocks_of_map(planned, (), [target], False)[0]
 
 
 def _silence(about: Linearisation, target: Endpoint, sources: int, noisy: Noisy) -> ModelError:

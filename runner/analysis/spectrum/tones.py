@@ -12,13 +12,14 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy.optimize
 
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.analysis.spectrum.welch import Spectrum
 from proofmass.runner.analysis.spectrum.windows import half_lobe, transform, window
 from proofmass.runner.host.arrays import Array
 
+_brentq: Any = scipy.optimize.brentq
 HARMONICS = 9  # above the tone
 _NEIGHBOURS = 8  # lobes, on each side of a tone
 _BESIDE = 2  # lobes on either side of a tone, by whose lines the noise beneath it is known
@@ -174,7 +175,7 @@ def _frequency(of: Spectrum, power: Array, middle: int) -> float:
     def missing(apart: float) -> float:
         return apart * (transform(of.window, 1.0 - apart) - ratio * transform(of.window, apart))
 
-    apart = float(brentq(missing, _ON_A_LINE, 0.5)) if missing(_ON_A_LINE) < 0.0 < missing(0.5) else 0.0
+    apart = float(_brentq(missing, _ON_A_LINE, 0.5)) if missing(_ON_A_LINE) < 0.0 < missing(0.5) else 0.0
     return float(of.frequencies[middle]) + math.copysign(apart, right - left) * of.step
 
 

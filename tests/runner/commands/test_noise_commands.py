@@ -48,6 +48,7 @@ def test_noise_of_a_converter_that_only_signals_move(capsys: pytest.CaptureFixtu
     assert data["rms"] == pytest.approx(1.0 / math.sqrt(12.0))
     [source] = data["sources"]
     assert source["doubtful"]
+    assert said(capsys, "noise", "library:template").endswith("no noise reaches sensor.displacement\n")
 
 
 def test_noise_of_a_graph_without_wires_asks_for_an_output(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
