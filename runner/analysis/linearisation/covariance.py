@@ -1,4 +1,4 @@
-"""Covariances of the states of a linear map, and units by which each state has a variance of one."""
+"""Covariances of the states of a linear map, and units that follow from them."""
 
 from typing import Any
 
@@ -9,6 +9,7 @@ from proofmass.runner.host.arrays import Array
 
 _DOUBLINGS = 64
 _FADING = 0.999  # factor in a period, for the units of states that may wander
+_ROUNDING = 1e-16
 
 
 def summed(a: Array, first: Any, other: Array | None = None) -> Array:
@@ -30,13 +31,26 @@ def summed(a: Array, first: Any, other: Array | None = None) -> Array:
 def in_rms(a: Array, entering: Array) -> tuple[Array, Array]:
     """Return A in units of the rms of each state, and these units, by what enters in numbers of unit variance.
 
-    Balancing would tear a chain of filters apart, and take as tiny what is gone after a period.
-    States that wander have the rms that they reach in some periods. What grows has the units of
-    `balanced`.
+    Balancing would tear a chain of filters apart. States that wander have the rms that they reach
+    in some periods. What grows has the units of `balanced`.
     """
+    scale = _rms(a, entering)
+    return balanced(a) if scale is None else (a * scale / scale[:, None], scale)
+
+
+def alike(a: Array, entering: Array) -> tuple[Array, Array]:
+    """Return A in units that balance what one state adds to the rms of another, and these units.
+
+    What is less than rounding there has no say: a state that is gone after a period would have a tiny unit.
+    """
+    scale = _rms(a, entering)
+    added = a if scale is None else np.where(np.abs(a) * scale > _ROUNDING * scale[:, None], a, 0.0)
+    units = balanced(added)[1]
+    return a * units / units[:, None], units
+
+
+def _rms(a: Array, entering: Array) -> Array | None:
+    """Return the rms of each state, and 1 of those that nothing moves; None where they grow."""
     with np.errstate(over="ignore", invalid="ignore"):
         squares = np.diag(summed(a * _FADING, entering @ entering.T))
-    if not np.isfinite(squares).all():
-        return balanced(a)
-    scale = np.sqrt(np.where(squares > 0.0, squares, 1.0))
-    return a * scale / scale[:, None], scale
+    return np.sqrt(np.where(squares > 0.0, squares, 1.0)) if np.isfinite(squares).all() else None

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
-from proofmass.runner.analysis.linearisation.covariance import in_rms
+from proofmass.runner.analysis.linearisation.covariance import alike
 from proofmass.runner.analysis.linearisation.poles import judged, parts_of
 from proofmass.runner.host.arrays import Array, Complex
 
@@ -24,7 +24,7 @@ _schur: Any = scipy.linalg.schur
 class Lasting:
     """The modes of a matrix that do not decay.
 
-    States are in units of their rms by what enters in numbers of unit variance, where that is said.
+    Units of states follow from what enters in numbers of unit variance, where that is said.
     """
 
     def __init__(self, a: Array, entering: Array | None = None) -> None:
@@ -37,12 +37,11 @@ class Lasting:
         self.others = np.eye(len(a))
         if not count:
             return
-        alike, scale = balanced(a) if entering is None else in_rms(a, entering)
+        self._alike, self._scale = balanced(a) if entering is None else alike(a, entering)
         least = 0.5 * (abs(poles[count - 1].value) + (abs(poles[count].value) if count < len(poles) else 0.0))
-        self._scale, self._alike = scale, alike
-        self._right, self._left = _invariant(alike, least)
+        self._right, self._left = _invariant(self._alike, least)
         within = np.real(self._right @ self._left.T)
-        self.others = np.eye(len(a)) - within * scale[:, None] / scale
+        self.others = np.eye(len(a)) - within * self._scale[:, None] / self._scale
 
     def passes(self, into: Array, out: Array) -> bool:
         """Return whether they couple any of these inputs to any of these outputs."""
@@ -69,9 +68,9 @@ class Lasting:
         count = self._right.shape[1]
         if not count:
             return self.others, self.others
-        alike = self.others / self._scale[:, None] * self._scale
-        basis = np.linalg.svd(alike)[0][:, : len(alike) - count]
-        return basis.T @ alike / self._scale, self._scale[:, None] * basis
+        even = self.others / self._scale[:, None] * self._scale
+        basis = np.linalg.svd(even)[0][:, : len(even) - count]
+        return basis.T @ even / self._scale, self._scale[:, None] * basis
 
     def holders(self, names: Sequence[str]) -> tuple[str, ...]:
         """Return the blocks that take part in them."""

@@ -6,10 +6,12 @@ import pytest
 
 from proofmass import read_graph
 from proofmass.runner.analysis.decisions.one_bit import noise_at
+from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.period_map import period_map
 from proofmass.runner.analysis.noise.budget import budget_at
+from proofmass.runner.analysis.noise.grids import errors_about
 from proofmass.runner.analysis.noise.validity import dithers
 from proofmass.runner.planning.plan import plan
 
@@ -26,7 +28,8 @@ def test_the_map_to_quantisers_alone_moves_them_as_the_whole_one(name: str, outp
     node = tuple(output.rsplit(".", 1))
     noise = noise_at(about, [node])  # type: ignore[list-item]
     whole = period_map(planned, (), [node], noise=noise, memory=Course(planned).at(about.tick))  # type: ignore[list-item]
-    expected = {(one.block, one.part): one for one in dithers(whole, {})}
+    errors, _ = errors_about(about, Ends((), (node,), noise=noise))  # type: ignore[arg-type]
+    expected = {(one.block, one.part): one for one in dithers(errors.of(whole), {})}
     sources = {one.block: one.dither for one in budget_at(points, output).sources if one.dither}
     assert sources, "a comparison of nothing"
     for block, dither in sources.items():
