@@ -175,7 +175,9 @@ def _frequency(of: Spectrum, power: Array, middle: int) -> float:
     def missing(apart: float) -> float:
         return apart * (transform(of.window, 1.0 - apart) - ratio * transform(of.window, apart))
 
-    apart = float(_brentq(missing, _ON_A_LINE, 0.5)) if missing(_ON_A_LINE) < 0.0 < missing(0.5) else 0.0
+    if missing(_ON_A_LINE) >= 0.0:
+        return float(of.frequencies[middle])
+    apart = float(_brentq(missing, _ON_A_LINE, 0.5)) if missing(0.5) > 0.0 else 0.5  # of two lines that are alike
     return float(of.frequencies[middle]) + math.copysign(apart, right - left) * of.step
 
 

@@ -1,6 +1,7 @@
 """Figures of tones: ideal converters, known distortion, a sigma-delta modulator written out by hand."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -48,6 +49,15 @@ def test_a_tone_between_lines_is_where_it_is(window: str, cycles: float) -> None
     """But for what leaks from the same frequency below zero: 1e-4 lines at most here."""
     found = tones(spectrum(sine(cycles), rate=RATE, window=window, segment=0))
     assert found.cycles == pytest.approx(cycles, abs=2e-4)
+
+
+@pytest.mark.parametrize("window", WINDOWS)
+def test_a_tone_in_the_middle_of_two_lines_that_are_alike(window: str) -> None:
+    of = spectrum(sine(12345.5), rate=RATE, window=window, segment=0)
+    density = of.density.copy()
+    density[12345:12347] = np.max(density)
+    found = tones(replace(of, density=density))
+    assert found.cycles == 12345.5
 
 
 @pytest.mark.defect("S862", before="through a Hann window SNR 33 dB for 137 dB, without a word", after="told to leak")
