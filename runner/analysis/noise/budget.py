@@ -168,7 +168,7 @@ def _budget_about(
         return about, noisy, whole, to_output
 
     drawing = noise_blocks(planned)
-    upstream = _upstream(planned, target) & drawing.keys()
+    upstream = _upstream(planned, target[0]) & drawing.keys()
     if not upstream:
         raise _no_noise(planned, output, 0)
     first = common_period(planned, sources, [target], noise=drawing)  # in tick 0 processes start
@@ -332,11 +332,12 @@ def _reached(points: OperatingPoints, drawing: Noisy) -> set[Endpoint]:
 def behind_sources(planned: Plan, outputs: Sequence[str]) -> list[str]:
     """Return the outputs that have a source of noise upstream; all of them if none has."""
     drawing = noise_blocks(planned).keys()
-    return [output for output in outputs if _upstream(planned, node_of(planned, output)) & drawing] or [*outputs]
+    heard = [output for output in outputs if _upstream(planned, output.rpartition(".")[0]) & drawing]
+    return heard or [*outputs]
 
 
-def _upstream(planned: Plan, target: Endpoint) -> set[str]:
-    return blocks_of_map(planned, (), [target], False)[0]
+def _upstream(planned: Plan, block: str) -> set[str]:
+    return blocks_of_map(planned, (), [(block, "")], False)[0]
 
 
 def _silence(about: Linearisation, target: Endpoint, sources: int, noisy: Noisy) -> ModelError:

@@ -51,6 +51,16 @@ def test_noise_of_a_converter_that_only_signals_move(capsys: pytest.CaptureFixtu
     assert said(capsys, "noise", "library:template").endswith("no noise reaches sensor.displacement\n")
 
 
+def test_noise_of_a_probe_that_is_no_number_hides_no_other(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = tmp_path / "both.toml"
+    blocks = 'blocks.noise = { kind = "WhiteNoise", density = 1.0 }\nblocks.above = { kind = "Comparator" }\n'
+    probes = 'wires = ["noise.output -> above.input"]\nprobes = ["above.on", "noise.output"]\n'
+    file.write_text(f'name = "both"\nrate = "1 kHz"\n{probes}{blocks}', encoding="utf-8")
+    told = said(capsys, "noise", str(file), code=1)
+    assert "noise of noise.output, 0 Hz to 500 Hz" in told
+    assert "above.on: " in told
+
+
 def test_noise_of_a_graph_without_wires_asks_for_an_output(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     file = tmp_path / "alone.toml"
     file.write_text('name = "alone"\nrate = "1 kHz"\nblocks.step = { kind = "Step" }\n', encoding="utf-8")
