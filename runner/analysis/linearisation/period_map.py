@@ -7,6 +7,7 @@ together again; u and y hold an entry for each tick of their wires in it (liftin
 IEEE Trans. Circuits and Systems 22, 1975, 162).
 """
 
+from collections import defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
@@ -354,7 +355,7 @@ def _read(
     injected = injected[: len(injected) // each] + sorted(engine.sources)
     columns = {key: number for number, key in enumerate([*seeded, *injected])}
     matrix = np.zeros((len(rows), len(columns) + 1))
-    slopes: dict[str, Array] = {}
+    slopes = defaultdict[str, Array](lambda: np.zeros_like(matrix))
 
     def put(row: int, column: int, number: Any, less: Any = 0.0) -> None:
         if not by_parameters:
@@ -362,7 +363,7 @@ def _read(
             return
         matrix[row, column] = value_of(number) - value_of(less)
         for name, slope in slopes_of(number - less).items():
-            slopes.setdefault(str(name), np.zeros_like(matrix))[row, column] = slope
+            slopes[str(name)][row, column] = slope
 
     places = np.zeros(0, dtype=np.int64)  # of first directions
     for row, value in enumerate(rows):
@@ -387,8 +388,8 @@ def _read(
     made = tuple((*node, number) for node in outputs for number in range(len(recorded[node])))
     made += tuple(engine.quantised)
     undefined = tuple(sorted(name for name, slope in slopes.items() if not np.isfinite(slope).all()))
-    slopes = {name: slope for name, slope in slopes.items() if name not in undefined}
+    defined = {name: slope for name, slope in slopes.items() if name not in undefined}
     point = tuple(float(value_of(value)) for value in values)
     return PeriodMap(
-        tuple(seeded), tuple(injected), made, matrix, slopes, period, undefined=undefined, point=point, ticks=ticks
+        tuple(seeded), tuple(injected), made, matrix, defined, period, undefined=undefined, point=point, ticks=ticks
     )
