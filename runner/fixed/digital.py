@@ -28,6 +28,7 @@ class DigitalStep:
     """A function of a digital block on raw values; reference and code take the constants first, the one needs none."""
 
     name: str
+    function: Callable[..., Any]
     reference: Callable[..., Any]
     traced: Traced
 
@@ -48,8 +49,17 @@ class DigitalStep:
         Beside the result it returns a number that is not 0 where a cast saturated or wrapped, and
         one that is not 0 where a cast refused, only where they can be.
         """
-        beside = [self.traced.lost] * self.overflows + [self.traced.refused] * self.refuses
-        return integer_code(self.traced, beside)
+        return self._code(self.traced)
+
+    @cached_property
+    def slope_code(self) -> IntegerCode:
+        """The same for programs with slopes: in it stands what searches by signs leave over."""
+        if not self.traced.program.searches:
+            return self.code
+        return self._code(trace(self.function, self.traced.formats, refusals=True, rests=True))
+
+    def _code(self, traced: Traced) -> IntegerCode:
+        return integer_code(traced, [traced.lost] * self.overflows + [traced.refused] * self.refuses)
 
 
 @dataclass(frozen=True)
@@ -116,9 +126,8 @@ def _prepared(block: Block, period: float) -> DigitalBlock:
 def _step(block: Block, name: str, behaviour: Behaviour, constants: Formats, known: SteadyValue) -> DigitalStep:
     """`known` are the constants with their values, for the reference."""
     traced = trace(behaviour.function, function_formats(block, name, behaviour, constants), refusals=True)
-    return DigitalStep(
-        name, reference_step(behaviour.function, function_formats(block, name, behaviour, known)), traced
-    )
+    reference = reference_step(behaviour.function, function_formats(block, name, behaviour, known))
+    return DigitalStep(name, behaviour.function, reference, traced)
 
 
 @lru_cache(maxsize=256)

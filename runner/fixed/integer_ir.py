@@ -64,8 +64,8 @@ class Operation:
 
     @property
     def constant(self) -> int | None:
-        """The value, where only one is possible."""
-        return self.low if self.low == self.high else None
+        """The value, where only one is possible, and nothing but a value is meant."""
+        return self.low if self.low == self.high and self.kind != "rest" else None
 
     def __repr__(self) -> str:
         return f"<{self.kind} {self.number} in [{self.low}, {self.high}]>"
@@ -79,6 +79,8 @@ class IntegerProgram:
     name: str = ""
     operations: list[Operation] = field(default_factory=list)
     errors: dict[Operation, tuple[Drop, Operation]] = field(default_factory=dict)  # what each shift drops, and of what
+    rests: bool = False  # whether what searches leave over is among them
+    searches: bool = False  # whether some leave anything over
     _made: dict[tuple[object, ...], Operation] = field(default_factory=dict)
 
     def constant(self, value: int) -> Operation:
@@ -109,7 +111,7 @@ class IntegerProgram:
         if known is not None:
             return known
         low, high = _interval(kind, operands)
-        return self.constant(low) if low == high else self._operation(kind, operands, low, high)
+        return self.constant(low) if low == high and kind != "rest" else self._operation(kind, operands, low, high)
 
     @staticmethod
     def live(results: Iterable[Operation]) -> list[Operation]:
@@ -137,7 +139,7 @@ class IntegerProgram:
             return self._folded_select(*operands)
         if None not in values:
             return self.constant(OPERATIONS[kind].evaluate(*values))
-        if len(operands) == 1:
+        if len(operands) != 2:
             return None
         a, b = operands
         if a is b:

@@ -43,6 +43,7 @@ OperationName = Literal[
     "minimum",
     "maximum",
     "select",
+    "rest",
 ]
 
 
@@ -132,6 +133,13 @@ OPERATIONS: Mapping[OperationName, OperationKind] = MappingProxyType(
             python="{1} if {0} else {2}",
             verilog="{0} ? {1} : {2}",
             amaranth="Mux({0}, {1}, {2})",
+        ),
+        # 0, what a search by signs leaves over; where slopes are followed, with that of third * first / second
+        "rest": OperationKind(
+            evaluate=lambda part, whole, scale: 0,
+            interval=lambda part, whole, scale: (0, 0),
+            word="rest",
+            python="0 * ({0} + {1} + {2})",
         ),
     }
 )

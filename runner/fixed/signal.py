@@ -129,6 +129,11 @@ class Signal(Mantissa):
 
     # -- what a mantissa does in a way of its own --------------------------------------------------
 
+    def left_over(self, whole: Any, scale: Any) -> Any:
+        """Return 0, an operation of its own in a program that has `rests`."""
+        self._tracer.program.searches = True
+        return self._made("rest", self, whole, scale) if self._tracer.program.rests else 0
+
     def select(self, chosen: Any, otherwise: Any) -> "Signal":
         """`chosen` where the signal is not 0, else `otherwise`."""
         a, b = self._tracer.operation(chosen), self._tracer.operation(otherwise)

@@ -38,20 +38,22 @@ def trace(
     formats: Mapping[str, Formats],
     *,
     refusals: bool = False,
+    rests: bool = False,
     program: IntegerProgram | None = None,
 ) -> Traced:
     """The operations of a step function whose arguments, and "return", have the given formats.
 
     A cast with the overflow "refuse" is refused here where the value could leave its format; with
-    `refusals` it may, and `refused` says in each run of the code whether it did. Functions traced
-    into one `program` share what they have in common: arguments of one name are one value.
+    `refusals` it may, and `refused` says in each run of the code whether it did. With `rests` what
+    searches by signs leave over are operations, for its slope. Functions traced into one `program`
+    share what they have in common: arguments of one name are one value.
     """
     arguments = tuple(inspect.signature(function).parameters)
     unknown = set(arguments).symmetric_difference(set(formats) - {"return"})
     if unknown:
         raise ValueError(f"{function.__name__}: a format for every argument and no other: {', '.join(sorted(unknown))}")
     buffers = [name for name in arguments if isinstance(formats[name], list)]
-    tracer = Tracer(function, program or IntegerProgram())
+    tracer = Tracer(function, program or IntegerProgram(rests=rests))
 
     def run() -> list[Operation]:
         values = {name: loader(formats[name])(filled(formats[name], name, tracer.input)) for name in arguments}

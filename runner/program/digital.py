@@ -21,6 +21,7 @@ class DigitalWriter:
     def __init__(self, frame: Frame, refused: Variable) -> None:
         self.frame, self.plan, self.refused = frame, frame.plan, refused
         self.dropping: Function | None = None  # which shifts' drops pass, see `call_step`
+        self.resting: Function | None = None  # which what searches leave over passes
         self.counted = [name for name, block in self.plan.digital.items() if block.overflows]
         self.counts: dict[str, Variable] = {}
         self._lost = {name: frame.builder.variable(INTEGER, f"{word(name)}_overflow") for name in self.counted}
@@ -48,7 +49,8 @@ class DigitalWriter:
         """Call the integer code of a digital block and return its result."""
         step, frame = self.plan.digital[name].steps[function], self.frame
         given = [frame.now(frame.constants[name]), *map(frame.argument, self.plan.bindings(name, function))]
-        result, beside = call_step(frame.builder, step.code, given, self.dropping)
+        code = step.slope_code if self.resting else step.code
+        result, beside = call_step(frame.builder, code, given, self.dropping, self.resting)
         flags = ([self._lost[name]] if step.overflows else []) + ([self.refused] if step.refuses else [])
         for flag, value in zip(flags, beside, strict=True):
             self._note(flag, value)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from proofmass.blocks.arithmetic import rounding
 from proofmass.runner.program.build import Builder, operand
 from proofmass.runner.program.form import FLOAT, INTEGER, Function, Kind, Operand, Storage
-from proofmass.runner.program.tangent_rules import TangentRule, TangentStep, origin_of
+from proofmass.runner.program.tangent_rules import REST, TangentRule, TangentStep, origin_of
 
 MOST = 4096  # events of a tick that have a place; any more are counted alone
 COUNT, OWNER, MATRICES, VALUES = range(4)  # of the state: events so far, the block that runs, what becomes of matrices,
@@ -51,11 +51,12 @@ class Events(NamedTuple):
 
 
 class Marks(NamedTuple):
-    """Functions that give a number back, and that are events where slopes are followed."""
+    """Functions that give a number back, and that have rules of their own where slopes are followed."""
 
     wires: dict[Kind, Function]  # of the value and the number of a wire
     deviate: Function
     drop: Function  # of the result, what was rounded, the places, and the code of what drops
+    rest: Function  # of 0, the part that a search leaves over, the whole and the scale: no event
 
     @classmethod
     def beside(cls, builder: Builder) -> "Marks":
@@ -64,6 +65,7 @@ class Marks(NamedTuple):
             {kind: _marked(builder, _AT_WIRE, kind, INTEGER) for kind in (FLOAT, INTEGER)},
             _marked(builder, _AT_DEVIATE, FLOAT),
             _marked(builder, _AT_DROP, INTEGER, INTEGER, INTEGER, FLOAT),
+            _marked(builder, REST, *(INTEGER,) * 4),
         )
 
 

@@ -16,17 +16,22 @@ _WITHOUT_KIND = ("and", "or", "xor", "shift_left", "shift_right")  # others are 
 
 
 def call_step(
-    builder: Builder, code: IntegerCode, arguments: Sequence[Lowered], dropping: Function | None = None
+    builder: Builder,
+    code: IntegerCode,
+    arguments: Sequence[Lowered],
+    dropping: Function | None = None,
+    resting: Function | None = None,
 ) -> tuple[Lowered, Sequence[Operand]]:
     """Call a step with raw values: its result, and the values of the operations beside it.
 
     What a shift drops passes through a function that is `dropping`: of the result, what was
-    rounded, by how many places, and the code of what drops.
+    rounded, by how many places, and the code of what drops. What a search leaves over passes through
+    one that is `resting`: 0, the part, the whole and the scale.
     """
     given = tuple(arguments)
     name = _name(code, given)
     if name not in builder.lowered:  # like steps share one function
-        builder.lowered[name] = _Writer(name, code, given, dropping).function()
+        builder.lowered[name] = _Writer(name, code, given, dropping, resting).function()
     results = builder.call(builder.lowered[name], *leaves(given))
     left = iter(results)
     result = filled(code.traced.formats.get("return"), "return", lambda text, format: next(left))
@@ -49,8 +54,15 @@ def _name(code: IntegerCode, arguments: tuple[Lowered, ...]) -> str:
 class _Writer:
     """Writes one step as a function."""
 
-    def __init__(self, name: str, code: IntegerCode, arguments: tuple[Lowered, ...], dropping: Function | None) -> None:
-        self.code, self.traced, self.dropping = code, code.traced, dropping
+    def __init__(
+        self,
+        name: str,
+        code: IntegerCode,
+        arguments: tuple[Lowered, ...],
+        dropping: Function | None,
+        resting: Function | None,
+    ) -> None:
+        self.code, self.traced, self.dropping, self.resting = code, code.traced, dropping, resting
         self.builder = Builder(name, f"integer code of {code.traced.name}", inline=True)
         self.places: dict[str, Any] = {}  # arguments by the texts of inputs; an entry of a buffer with its number
         for name, value in zip(self.traced.arguments, arguments, strict=True):
@@ -100,6 +112,9 @@ class _Writer:
             return compute("select", compute("less_integers", a, operation.low), operation.low, high)
         if kind == "negate":
             return compute("subtract_integers", 0, a)
+        if kind == "rest":
+            assert self.resting is not None
+            return self.builder.call(self.resting, 0, a, *others)[0]
         (b,) = others
         if kind in ("minimum", "maximum"):
             pair = (a, b) if kind == "minimum" else (b, a)

@@ -85,6 +85,7 @@ class _MarkingWriter(TickWriter):
         self.blocks = {name: number for number, name in enumerate(plan.blocks)}
         self.events = Events.of(self.builder)
         self._marks, self._noise = Marks.beside(self.builder), noise
+        self.digital.resting = self._marks.rest
         if noise:
             self.digital.dropping = self._marks.drop
         self._still = _marked(self.builder, _STILL)

@@ -22,6 +22,7 @@ from proofmass.runner.program.lower import call
 from proofmass.runner.program.lower_calls import LIBRARY
 from proofmass.runner.program.structure import leaves
 
+REST = "rest of a search"  # origin of a function of 0, part, whole and scale
 NO_SLOPE = form.Immediate(form.FLOAT, 0.0)
 _UNDEFINED = form.Immediate(form.FLOAT, math.nan)
 
@@ -143,6 +144,14 @@ def _left_over(s: TangentStep) -> form.Operand:
     return slopes.plus(s.dx[0], slopes.minus(slopes.times(s.dx[1], turns)))
 
 
+def _rest(s: TangentStep) -> form.Operand:
+    """Return the slope of scale part / whole, of which the value counts as 0; without a whole there is none."""
+    slopes, (_, part, whole, scale), (_, *of_ratio, by_scale) = s.slopes, s.numbers(), s.dx
+    ratio = slopes.times(_quotient(s._replace(x=(part, whole), dx=of_ratio)), scale)
+    slope = slopes.plus(ratio, slopes.times(by_scale, slopes.compute("divide", part, whole)))
+    return slope if slope is NO_SLOPE else slopes.chosen(slopes.compute("equal", whole, 0.0), NO_SLOPE, slope)
+
+
 def _size(s: TangentStep) -> form.Operand:
     slopes, compute = s.slopes, s.slopes.compute
     sided = slopes.chosen(compute("less", s.x[0], 0.0), slopes.minus(s.dx[0]), s.dx[0])
@@ -236,6 +245,7 @@ OF_FUNCTIONS: dict[str, TangentRule] = {
     "atan2": _chain(SLOPES_OF_TWO[elementary.arctangent2]),
     "pow": _chain(SLOPES_OF_TWO[elementary.power]),
     "fmod": _left_over,
+    REST: _rest,
     origin_of(rounding.round_half_even): _same,
     origin_of(rounding.round_down): _same,
     origin_of(rounding.wrapped): _same,

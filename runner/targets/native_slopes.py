@@ -9,9 +9,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from proofmass.blocks.arithmetic.mantissa import Drop, left_over
+from proofmass.blocks.arithmetic.mantissa import Drop
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.derivatives.dual_functions import reaches
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.derivatives.stepped_ticks import Indices, TickSlopes, UndefinedSlopesError
 from proofmass.runner.host.arrays import AnyArray
@@ -62,13 +61,8 @@ class SlopeCode:
 
 
 def has_slopes(plan: Plan) -> bool:
-    """Return whether the slopes of a plan's ticks are those of its program: its groups are linear,
-    no loop is solved, and no search by signs leaves a slope that its integers lack."""
-    if plan.schedule.loops or any(not solver.exact or solver.group.loops for solver in plan.solvers):
-        return False
-    kinds = {type(plan.blocks[name]) for name in plan.digital}
-    functions = (each for kind in kinds for each in (*kind.functions.values(), *kind.output_functions.values()))
-    return not any(reaches(each.function, (left_over,)) for each in functions)
+    """Return whether the slopes of a plan's ticks are those of its program: groups are linear, no loop is solved."""
+    return not (plan.schedule.loops or any(not solver.exact or solver.group.loops for solver in plan.solvers))
 
 
 def _in_lanes(length: int) -> AnyArray:

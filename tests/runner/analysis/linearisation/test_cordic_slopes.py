@@ -20,8 +20,13 @@ from proofmass.blocks import (
 )
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.declare import Block
+from proofmass.runner.analysis.linearisation import forward
 
 DENSITY, ANGLE = 1e-3, 0.5
+VECTORS = [
+    (FixedCordicVectoring(input_format=Fixed(18, 16)), "phase", Fixed(19, 16), 1.0),
+    (FixedCordicAngle(input_format=Fixed(18, 16)), "angle", Fixed(16, 16), 0.5 / math.pi),
+]
 
 
 def density(block: Block, word: Fixed, output: str, result: Fixed, **more: Block) -> float:
@@ -66,15 +71,27 @@ def test_exponential(kind: type[Block]) -> None:
 
 
 @pytest.mark.exhaustive
-@pytest.mark.parametrize(
-    ("block", "output", "result", "slope"),
-    [
-        (FixedCordicVectoring(input_format=Fixed(18, 16)), "phase", Fixed(19, 16), 1.0),
-        (FixedCordicAngle(input_format=Fixed(18, 16)), "angle", Fixed(16, 16), 0.5 / math.pi),
-    ],
-)
+@pytest.mark.parametrize(("block", "output", "result", "slope"), VECTORS)
 def test_vectoring(block: Block, output: str, result: Fixed, slope: float) -> None:
     """After a rotation: the angle comes back."""
     cast = FixedCast(input_format=Fixed(18, 16), output_format=Fixed(18, 16))
     more = {"rotation": FixedCordicRotation(), "real": cast, "imaginary": cast}
     assert density(block, Fixed(19, 16), output, result, **more) == pytest.approx(slope, rel=2e-4)
+
+
+@pytest.mark.exhaustive(but=1)
+@pytest.mark.parametrize(
+    ("block", "output", "result", "slope"),
+    [
+        (FixedCordicExponential(fraction_bits=16), "exponential", Fixed(18, 16, signed=False), math.exp(ANGLE)),
+        *VECTORS,
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_machine_code(block: Block, output: str, result: Fixed, slope: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It brings the rest of a search, which integers drop."""
+    monkeypatch.setattr(forward, "_FEW", 0)
+    if output == "exponential":
+        assert density(block, Fixed(16, 16, signed=False), output, result) == pytest.approx(slope, rel=2e-4)
+    else:
+        test_vectoring(block, output, result, slope)
