@@ -64,6 +64,7 @@ class Linearisation:
     at: At = 0.0  # what finds it again
     notes: tuple[str, ...] = ()  # on the point
     _maps: dict[Hashable, tuple[Ends, OrbitPoint]] = field(default_factory=dict, repr=False, compare=False)
+    _asked: set[Hashable] = field(default_factory=set, repr=False, compare=False)  # which of these one answer takes
 
     @property
     def tick(self) -> int:
@@ -106,13 +107,20 @@ class Linearisation:
 
     def point_of(self, ends: Ends) -> OrbitPoint:
         """Return the operating point of the map between some wires; raises `ModelError`."""
+        self._asked.add(ends.key)
         if ends.key not in self._maps:
             self._maps[ends.key] = ends, self._found(ends)
         return self._maps[ends.key][1]
 
+    def answer(self, ask: Callable[["Linearisation"], _Answer]) -> _Answer:
+        """Return what is answered here; `is_left` then says what holds for the maps of this answer alone."""
+        self._asked.clear()
+        return ask(self)
+
     def is_left(self) -> bool:
         """Return whether a run leaves the point: a map that was asked for, of no loop, is another at its end."""
-        maps = [(ends, point) for ends, point in self._maps.values() if not ends.cut]
+        asked = map(self._maps.__getitem__, self._asked & self._maps.keys())
+        maps = [(ends, point) for ends, point in asked if not ends.cut]
         return any(is_left(self.plan, *one, self._onward(one[0].common_period(self.plan))) for one in maps)
 
     def _found(self, ends: Ends) -> OrbitPoint:
@@ -214,7 +222,7 @@ class OperatingPoints:
                 none.append(about)
                 continue
             try:
-                answer = ask(replace(about, notes=(_after(about.told),)) if left else about)
+                answer = (replace(about, notes=(_after(about.told),)) if left else about).answer(ask)
             except ModelError as error:
                 refused.append(error)
                 continue

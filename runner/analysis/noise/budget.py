@@ -12,6 +12,7 @@ from proofmass.blocks.declaration.named_arguments import named_arguments
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.files.toml_reader import GraphSource
+from proofmass.graphs.model.flatten import inside
 from proofmass.graphs.model.graph import Endpoint, Graph
 from proofmass.graphs.model.loops import AUTO
 from proofmass.runner.analysis.decisions.one_bit import OneBit, noise_at, with_spectra
@@ -332,7 +333,8 @@ def _reached(points: OperatingPoints, drawing: Noisy) -> set[Endpoint]:
 def behind_sources(planned: Plan, outputs: Sequence[str]) -> list[str]:
     """Return the outputs that have a source of noise upstream; all of them if none has."""
     drawing = noise_blocks(planned).keys()
-    heard = [output for output in outputs if _upstream(planned, output.rpartition(".")[0]) & drawing]
+    blocks = {output: inside(planned.graph.root, output).rpartition(".")[0] for output in outputs}
+    heard = [output for output, block in blocks.items() if _upstream(planned, block) & drawing]
     return heard or [*outputs]
 
 

@@ -61,6 +61,28 @@ def test_noise_of_a_probe_that_is_no_number_hides_no_other(capsys: pytest.Captur
     assert "above.on: " in told
 
 
+PART = """name = "part"
+rate = "1 kHz"
+blocks.gain = { kind = "Gain", gain = 3.0 }
+exports = { input = "gain.input", output = "gain.output" }
+"""
+WHOLE = """name = "whole"
+rate = "1 kHz"
+wires = ["white.output -> part.input"]
+probes = ["white.output", "part.output"]
+blocks.white = { kind = "WhiteNoise", density = "2 1/sqrt(Hz)" }
+blocks.part = { graph = "part.toml" }
+"""
+
+
+@pytest.mark.defect("S854", before="a probe that a part exports: no noise reaches it", after="its budget")
+def test_noise_of_a_probe_that_a_part_exports(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    for name, text in (("part", PART), ("whole", WHOLE)):
+        (tmp_path / f"{name}.toml").write_text(text, encoding="utf-8")
+    budgets = json.loads(said(capsys, "noise", str(tmp_path / "whole.toml"), "--json"))
+    assert [budget["rms"] for budget in budgets] == pytest.approx([2.0 * np.sqrt(500.0), 6.0 * np.sqrt(500.0)])
+
+
 def test_noise_of_a_graph_without_wires_asks_for_an_output(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     file = tmp_path / "alone.toml"
     file.write_text('name = "alone"\nrate = "1 kHz"\nblocks.step = { kind = "Step" }\n', encoding="utf-8")

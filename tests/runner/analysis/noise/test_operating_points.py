@@ -5,9 +5,12 @@ import math
 import pytest
 
 from proofmass import noise
-from proofmass.blocks import Gain, Product, Sine, Sum, WhiteNoise
+from proofmass.blocks import Gain, Product, Ramp, Sine, Sum, WhiteNoise
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
+from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
+from proofmass.runner.analysis.noise.budget import budgets_at
+from proofmass.runner.planning.plan import plan
 
 
 @pytest.mark.defect("S21", before="about a noisy state after 20,000 ticks", after="noise is zero, however late")
@@ -50,3 +53,22 @@ def test_what_is_slower_still_is_told() -> None:
     wires = ["x.output -> y.first", "slow.output -> y.second"]
     graph = Graph(name="slow", rate=10_000.0, blocks=blocks, wires=wires, probes=["y.output"])
     assert "while slow.output moves on" in noise(graph, "y.output", at="periodic").notes[0]
+
+
+@pytest.mark.defect("S854", before="of two outputs, one's end of the run is the other's too", after="each its own point")
+def test_an_output_has_the_point_that_it_has_alone() -> None:
+    """The ramp moves the first product for good; the second does not read it."""
+    blocks: dict[str, Block] = {
+        "x": WhiteNoise(density=1e-3),
+        "ramp": Ramp(offset=1.0, slope=0.5),
+        "sine": Sine(frequency=250.0),
+        "moving": Product(),
+        "turning": Product(),
+    }
+    wires = [f"x.output -> {product}.first" for product in ("moving", "turning")]
+    wires += ["ramp.output -> moving.second", "sine.output -> turning.second"]
+    graph = Graph(name="two", rate=1_000.0, duration="2 s", blocks=blocks, wires=wires)
+    outputs = ["moving.output", "turning.output"]
+    moving, turning = budgets_at(OperatingPoints(plan(graph)), outputs)
+    assert "the end of the run" in moving.notes[0]
+    assert (turning.rms, turning.notes) == (noise(graph, outputs[1]).rms, noise(graph, outputs[1]).notes)
