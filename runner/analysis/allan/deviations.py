@@ -17,7 +17,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
@@ -132,7 +132,7 @@ def _curve(statistic: AllanStatistic, x: Array, period: float, levels: Levels) -
     kinds = dominating(levels, taus)
     degrees = np.array([freedom(statistic, len(x), int(m), a) for m, a in zip(factors, kinds, strict=True)])
     side = CONFIDENCE / 2.0
-    low, high = (np.sqrt(variances * degrees / chi2.ppf(0.5 + s, degrees)) for s in (side, -side))
+    low, high = (np.sqrt(variances * degrees / (2.0 * gammaincinv(0.5 * degrees, 0.5 + s))) for s in (side, -side))
     return Curve(statistic, taus, np.sqrt(variances), low, high, degrees)
 
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import nnls
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from proofmass.runner.analysis.spectrum.series import Series
 from proofmass.runner.analysis.spectrum.windows import window
@@ -155,7 +155,7 @@ class _Fit:
         """A coefficient with the interval in which the likelihood of the others at their best stays high enough."""
         middle = float(squares[number])
         # Where the model does not suit the record, as of a vibration line, one search may end above another.
-        enough = max(least, self.best(number, middle)[1]) + 0.5 * float(chi2.ppf(CONFIDENCE, 1)) * _COMMON
+        enough = max(least, self.best(number, middle)[1]) + float(gammaincinv(0.5, CONFIDENCE)) * _COMMON
 
         def within(square: float) -> bool:
             return self.best(number, square)[1] <= enough
