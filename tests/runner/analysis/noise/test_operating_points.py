@@ -55,7 +55,9 @@ def test_what_is_slower_still_is_told() -> None:
     assert "while slow.output moves on" in noise(graph, "y.output", at="periodic").notes[0]
 
 
-@pytest.mark.defect("S854", before="of two outputs, one's end of the run is the other's too", after="each its own point")
+@pytest.mark.defect(
+    "S854", before="of two outputs, one's end of the run is the other's too", after="each its own point"
+)
 def test_an_output_has_the_point_that_it_has_alone() -> None:
     """The ramp moves the first product for good; the second does not read it."""
     blocks: dict[str, Block] = {
