@@ -1,5 +1,6 @@
 """Slopes that are not zero, among those of some ticks in all directions: which directions have begun is followed."""
 
+import math
 from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple
@@ -11,6 +12,7 @@ from proofmass.runner.host.arrays import AnyArray, Truths
 from proofmass.runner.program.form import FLOAT, INTEGER, Storage, Value
 from proofmass.runner.program.lower import lower, program
 from proofmass.runner.targets.machine_code import load
+from proofmass.runner.targets.native_lanes import aligned
 
 LANES = 16  # directions side by side
 _ENTERS, _IF_MOVED = 1, 2  # what becomes of an event
@@ -40,7 +42,23 @@ class FollowedSlopes(NamedTuple):
     entered: Truths
 
 
-def followed(made: AnyArray, lanes: Indices, live: Truths, entering: AnyArray, if_moved: AnyArray) -> FollowedSlopes:
+class Room:
+    """Memory that calls write in one after the other: pages that are taken anew cost as much as what is written there."""
+
+    def __init__(self) -> None:
+        self._arrays = dict[str, AnyArray]()
+
+    def array(self, name: str, shape: tuple[int, ...], kind: type = float) -> AnyArray:
+        """Return an array with what the last one of this name has left in it."""
+        size = math.prod(shape)
+        if name not in self._arrays or len(self._arrays[name]) < size:
+            self._arrays[name] = aligned((size,), np.dtype(kind))
+        return self._arrays[name][:size].reshape(shape)
+
+
+def followed(
+    made: AnyArray, lanes: Indices, live: Truths, entering: AnyArray, if_moved: AnyArray, room: Room
+) -> FollowedSlopes:
     """Return the slopes of ticks by numbers that have some as a tick begins, and what enters in it.
 
     `made` are slopes, [tick, row of lanes, number that lasts or event or more, lane]; `lanes` has
@@ -51,9 +69,9 @@ def followed(made: AnyArray, lanes: Indices, live: Truths, entering: AnyArray, i
     (ticks, rows, every, _), (size, most) = made.shape, (len(live), entering.shape[1])
     now, lived, events = live.astype(np.int64), np.zeros(size, dtype=np.int64), np.zeros(entering.shape, dtype=np.int64)
     events[entering], events[if_moved] = _ENTERS, _IF_MOVED
-    room = ticks * rows * (size + most) * LANES
-    places = [np.empty(room, dtype=np.int64) for _ in range(3)]
-    values, count, own = np.empty(room), np.zeros(1, dtype=np.int64), np.zeros(rows * LANES, dtype=np.int64)
+    several = ticks * rows * (size + most) * LANES
+    places, values = [*room.array("places", (3, several), int)], room.array("values", (several,))
+    count, own = np.zeros(1, dtype=np.int64), np.zeros(rows * LANES, dtype=np.int64)
     given = [made, np.ascontiguousarray(lanes), events, own, now, lived, *places, values, count]
     _code()(ticks, rows, size, most, every, *(each.ctypes.data for each in given))
     tick, row, column = (each[: count[0]].copy() for each in places)
