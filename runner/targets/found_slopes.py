@@ -43,7 +43,7 @@ class FollowedSlopes(NamedTuple):
 
 
 class Room:
-    """Memory that calls write in one after the other: pages that are taken anew cost as much as what is written there."""
+    """Memory that calls write in one after the other: pages taken anew cost as much as what is written there."""
 
     def __init__(self) -> None:
         self._arrays = dict[str, AnyArray]()
