@@ -43,6 +43,7 @@ from proofmass.runner.targets.found_slopes import Found
 from proofmass.runner.targets.native_slopes import SlopeCode, SlopesInCode
 
 _FIRST_ROOM = 1  # events of a tick, until there are more
+_ROWS = 16  # of a matrix at a time, which are columns of another: two cache lines of each of its rows
 _ERRORS = ROUNDED, DROPPED, LEVELLED
 _SIDES: tuple[Literal["left"], Literal["right"]] = "left", "right"
 
@@ -194,7 +195,7 @@ class NoiseInCode(SlopesInCode):
 class CompiledNoise(NoiseInCode):
     """Ticks with slopes by what lasted when they began, and by all that entered: what `CompactTicks` gives.
 
-    The slopes are those of `matrix`; numbers have none.
+    The slopes are those of `put`; numbers have none.
     """
 
     def __init__(
@@ -239,9 +240,11 @@ class CompiledNoise(NoiseInCode):
                 self.recorded[node].append(value)
                 self._heard.setdefault(node, []).append(row)
 
-    def matrix(self, ends: Sequence[LastingPlace], begins: Sequence[LastingPlace], enter: Sequence[Direction]) -> Array:
-        """Return slopes by numbers that last before the ticks, and by what enters, of those after
-        them and of outputs.
+    def put(
+        self, made: Array, ends: Sequence[LastingPlace], begins: Sequence[LastingPlace], enter: Sequence[Direction]
+    ) -> None:
+        """Put slopes by numbers that last before the ticks, and by what enters, of those after them
+        and of outputs, into a matrix of zeros.
 
         Behind the outputs are what quantisers are given, where that is asked for.
         """
@@ -251,8 +254,8 @@ class CompiledNoise(NoiseInCode):
         known = [[i for i, place in enumerate(of) if place in numbers] for of in (ends, begins)]  # not what inputs hold
         last = [numbers[ends[i]] for i in known[0]]
         carried, entered = self._done.back(range(self._done.number), asked, columns, last)
-        made = np.zeros((len(ends) + len(asked), len(begins) + len(enter)))
         rows = np.array([*known[0], *range(len(ends), len(made))], dtype=np.int64)
-        made[rows[:, None], known[1]] = carried[[numbers[begins[i]] for i in known[1]]].T
-        made[rows, len(begins) :] = entered.T
-        return made
+        carried = carried[[numbers[begins[i]] for i in known[1]]]
+        for part in (slice(first, first + _ROWS) for first in range(0, len(rows), _ROWS)):
+            made[rows[part, None], known[1]] = carried[:, part].T
+            made[rows[part], len(begins) :] = entered[:, part].T

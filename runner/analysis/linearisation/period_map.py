@@ -378,7 +378,7 @@ def _read(
             put(row, columns[key], slope)
     if in_code:
         ends = [place_of(memory, entry, rings) for entry in seeded]
-        matrix[:, :-1] = in_code.matrix(ends, [*starts.values()], injected)
+        in_code.put(matrix[:, :-1], ends, [*starts.values()], injected)
     if ticks:
         own = [*(columns[entry] for entry in ticks.places), *range(len(seeded), len(rows))]
         matrix[np.ix_(own, own)] = ticks.lifted([*ticks.places])
