@@ -50,7 +50,7 @@ def margins_rows(planned: Plan) -> Iterator[tuple[str, bool]]:
 
 def noise_rows(planned: Plan) -> Iterator[tuple[str, bool]]:
     """Yield a line for each probe that is one number, and whether it has an answer; silence is one, and why so."""
-    numbers = [p.node for p in planned.probes if _is_number(planned, *p.node)]
+    numbers = [p.node for p in planned.probes if type(planned.blocks[p.node[0]]).outputs[p.node[1]].is_number]
     outputs = list(dict.fromkeys(".".join(node) for node in numbers))
     for signal, found in zip(outputs, budgets_at(OperatingPoints(planned), outputs), strict=True):
         if isinstance(found, ModelError):
@@ -58,11 +58,6 @@ def noise_rows(planned: Plan) -> Iterator[tuple[str, bool]]:
         else:
             along = next((f"; {note}" for note in found.notes if "along the run" in note), "")
             yield f"{signal}: rms {found.rms:.4g} {found.unit}{along}", True
-
-
-def _is_number(planned: Plan, name: str, port: str) -> bool:
-    output = type(planned.blocks[name]).outputs[port]
-    return not output.shape and output.dtype is not bool
 
 
 def _reason(error: ModelError) -> str:

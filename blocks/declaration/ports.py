@@ -26,6 +26,11 @@ class Port:
     every: DeclaredSize = 1  # outputs: ticks of the block per tick of the port
     no_value: str = ""  # outputs: what has happened where the value is NaN, and what to do
 
+    @property
+    def is_number(self) -> bool:
+        """True if it carries one number: no vector, no truth value."""
+        return not self.shape and self.dtype is not bool
+
 
 class Input:
     """Declare an input port; its name is the attribute's. With a `default` it may stay unconnected.

@@ -20,7 +20,7 @@ def bad_loops(flat: FlatGraph) -> Iterator[Problem]:
             message = hint = ""
             if isinstance(output, Missing):
                 message, hint = output.message, output.hint
-            elif output[1].shape or output[1].dtype is bool:
+            elif not output[1].is_number:
                 kind = "a vector" if output[1].shape else "true or false"
                 message, hint = f"{loop.open_at} is {kind}", "open the loop at an output that is one number"
             if message:

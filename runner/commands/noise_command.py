@@ -1,5 +1,6 @@
 """The command `noise`: what the noise of an output is made of."""
 
+from collections.abc import Sequence
 from functools import partial
 
 import click
@@ -8,6 +9,7 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import AUTO
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
+from proofmass.runner.analysis.linearisation.linearise import is_number
 from proofmass.runner.analysis.noise.budget import BudgetQuestion, behind_sources, budgets_at
 from proofmass.runner.analysis.noise.noise_budget import NoiseBudget
 from proofmass.runner.analysis.noise.over_runs import deviation_over_runs
@@ -29,14 +31,20 @@ def show_noise(request: NoiseRequest) -> int:
     with progress(request.as_json) as bar:
         points = OperatingPoints(plan(graph), request.at, bar)
     every = outputs_of(graph, request.output, "--output")
-    outputs = behind_sources(points.plan, every)
+    numbers = [output for output in every if is_number(points.plan, output)] or every
+    outputs = behind_sources(points.plan, numbers)
     wanted = BudgetQuestion(request.source, band_of(request.band), derivatives=request.derivatives)
     answers = budgets_at(points, outputs, wanted)
     told = (answer if isinstance(answer, ModelError) else _answered(answer) for answer in answers)
     code = print_answers(told, bool(request.output), request.picture, request.as_json)
-    silent = [output for output in every if output not in outputs]
-    print_text([f"no noise reaches {', '.join(silent)}"] if silent and not request.as_json else [])
+    silent, others = _less(numbers, outputs), _less(every, numbers)
+    told_too = {"no noise reaches": silent, "not outputs of one number:": others}
+    print_text(f"{words} {', '.join(left)}" for words, left in told_too.items() if left and not request.as_json)
     return code
+
+
+def _less(outputs: Sequence[str], kept: Sequence[str]) -> list[str]:
+    return [output for output in outputs if output not in kept]
 
 
 def _answered(budget: NoiseBudget) -> Shown:

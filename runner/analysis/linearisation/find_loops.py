@@ -75,8 +75,7 @@ def _can_be_cut(plan: Plan, part: _Wiring, node: Endpoint) -> bool:
 
     It need not be sampled if the whole loop lies among continuous blocks.
     """
-    port = type(plan.blocks[node[0]]).outputs[node[1]]
-    if port.shape or port.dtype is bool:
+    if not type(plan.blocks[node[0]]).outputs[node[1]].is_number:
         return False
     groups = [set(solver.group.nodes) for solver in plan.solvers if node in solver.group.nodes]
     return not groups or set(part) <= groups[0]

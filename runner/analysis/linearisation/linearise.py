@@ -138,10 +138,16 @@ def node_of(planned: Plan, signal: str) -> Endpoint:
     found = find_output(planned.graph, flat)
     if isinstance(found, Missing):
         raise Problem(message=found.message, key=signal, hint=found.hint).error
-    if found[1].shape or found[1].dtype is bool:
+    if not found[1].is_number:
         message = "not an output that is one number"
         raise Problem(message=message, key=signal, hint="choose an output of type float or int").error
     return split(flat)
+
+
+def is_number(planned: Plan, signal: str) -> bool:
+    """Return whether an output of the plan is one number."""
+    found = find_output(planned.graph, inside(planned.graph.root, signal))
+    return not isinstance(found, Missing) and found[1].is_number
 
 
 def _no_cut(found: LoopGroup) -> Problem:

@@ -250,7 +250,7 @@ def _numbers(plan: Plan) -> Iterator[Endpoint]:
     """Yield an output of each block that has one that is a number."""
     for name, block in plan.blocks.items():
         for port, declared in type(block).outputs.items():
-            if not declared.shape and declared.dtype is not bool:
+            if declared.is_number:
                 yield name, port
                 break
 

@@ -78,7 +78,7 @@ def output_units(graph: Graph, signals: Sequence[str]) -> dict[str, str]:
         output = find_output(flat, inside(graph, signal))
         if isinstance(output, Missing):
             problems.append(Problem(message=output.message, key=signal, hint=output.hint))
-        elif output[1].shape or output[1].dtype is bool:
+        elif not output[1].is_number:
             problems.append(Problem(message="not an output that is one number", key=signal))
         else:
             units[signal] = short_unit(unit_of(*output))
