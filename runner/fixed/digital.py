@@ -53,7 +53,7 @@ class DigitalStep:
 
     @cached_property
     def slope_code(self) -> IntegerCode:
-        """The same for programs with slopes: in it stands what searches by signs leave over."""
+        """The integer code for programs with slopes: what searches by signs leave over is in it."""
         if not self.traced.program.searches:
             return self.code
         return self._code(trace(self.function, self.traced.formats, refusals=True, rests=True))
