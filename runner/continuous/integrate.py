@@ -82,7 +82,7 @@ def _passed(tick: GroupTick, young: float) -> tuple[float, bool]:
     """Return what `integrate` does, and whether an error was small for what is ahead."""
     start, period, first, tolerance, events = tick.start, tick.period, tick.first, tick.tolerance, tick.events
     x, moved = tick.x, tick.moved
-    done, size, corners, short, corner, from_rest = 0.0, first, 0, 0, -1, False
+    done, size, corners, short, event, corner, from_rest = 0.0, first, 0, 0, -1, -1, False
     happened, earliest, middle = 0, 0.0, 0.0
     allowed = _settled(tick, start, MOST_EVENTS)
     while done < period and allowed > 0:
@@ -147,9 +147,9 @@ def _passed(tick: GroupTick, young: float) -> tuple[float, bool]:
         corner = event if event >= events else corner if short > 0 else -1
         if tolerance > 0.0 and short > MOST_SHORT:
             return (1.0 + len(tick.clear) + corner if corner >= 0 else STEPS_TOO_MANY), False
-        if allowed == 0:
-            due = _due(tick, start + done, x)
-            return (1.0 + due if due >= 0 else 1.0 + len(tick.clear) + max(0, event)), False
+    if allowed == 0:
+        due = _due(tick, start + done, x)
+        return (1.0 + due if due >= 0 else 1.0 + len(tick.clear) + max(0, event)), False
     return DONE, from_rest
 
 

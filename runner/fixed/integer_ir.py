@@ -154,7 +154,7 @@ class IntegerProgram:
                     return self.constant(0)
                 if value == -1:
                     return self.make("negate", other)
-                if value > 0 and value & (value - 1) == 0:
+                if value & (value - 1) == 0:  # of no negative number
                     return self.make("shift_left", other, self.constant(value.bit_length() - 1))
             is_mask = kind == "and" and value is not None and value & (value + 1) == 0
             if is_mask and other.low >= 0 and other.high <= value:  # type: ignore[operator]

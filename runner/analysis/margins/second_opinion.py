@@ -2,8 +2,7 @@
 
 python-control gets the loop as a `StateSpace`. The verdict is that of the poles of `feedback`. Its
 polynomial search for margins loses its digits beyond a few states, so `stability_margins` gets the
-response over a grid that is dense at the poles, then over one that is dense at the crossovers
-found. A grid shows no crossover at its ends, so the
+response over a grid that is dense at the poles. A grid shows no crossover at its ends, so the
 response at 0 Hz, half the rate, and our crossovers counts too where it crosses there. A loop with a
 long delay crosses with every turn of it: the grid ends after the first of these, and there are only
 our crossovers on.
@@ -21,7 +20,6 @@ from proofmass.runner.host.arrays import Array
 
 _POINTS = 3000  # over all decades
 _AT_A_POLE = 200  # on each side of it
-_AT_A_CROSSOVER = 100
 _DECIBELS, _DEGREES = 0.01, 0.01  # what counts as agreement
 _CROSSOVERS = 8  # of each kind, up to which `stability_margins` looks: it takes 20 ms for each
 _MOST_STATES = 400  # of a loop whose poles it finds in a second
@@ -130,13 +128,9 @@ def _stable(poles: Any, margins: Margins) -> bool:
 
 
 def _crossovers(system: Any, margins: Margins) -> tuple[list[float], list[float]]:
-    """Return the factors and the degrees at all crossovers: those of two searches, and ours where it crosses too."""
+    """Return the factors and the degrees at all crossovers: those of a search, and ours where it crosses too."""
     top = math.pi / system.dt if system.dt else math.inf
-    grid = _grid(system, margins)
-    _, _, found = _searched(system, grid)
-    near = 1.0 + np.concatenate([[0.0], np.geomspace(1e-9, 0.1, _AT_A_CROSSOVER)])
-    around = np.concatenate([found[:, None] * near, found[:, None] / near], axis=None)
-    gains, phases, _ = _searched(system, np.unique(np.concatenate([grid, around[around < top]])))
+    gains, phases = _searched(system, _grid(system, margins))
     crossings = [2.0 * math.pi * f for f in margins.phase_crossovers if math.isfinite(f)]
     values = _response(system, [0.0, *crossings, *([top] if system.dt else [])])
     values += [] if system.dt else [complex(system.D[0, 0])]
@@ -146,15 +140,15 @@ def _crossovers(system: Any, margins: Margins) -> tuple[list[float], list[float]
     return [*gains, *factors], [*phases, *degrees]
 
 
-def _searched(system: Any, grid: Array) -> tuple[Array, Array, Array]:
-    """Return factors and degrees that `stability_margins` finds on a grid, and their places."""
+def _searched(system: Any, grid: Array) -> tuple[Array, Array]:
+    """Return factors and degrees that `stability_margins` finds on a grid."""
     # start-up time: control takes 0.9 s
     import control
 
     response: Any = control.frequency_response(system, grid, squeeze=True)
     data = (response.magnitude, np.degrees(response.phase), grid)
-    gains, phases, _, at_gain, at_phase, _ = control.stability_margins(data, returnall=True)
-    return gains, phases, np.concatenate([at_gain, at_phase])
+    gains, phases, *_ = control.stability_margins(data, returnall=True)
+    return gains, phases
 
 
 def _response(system: Any, frequencies: list[float]) -> list[complex]:

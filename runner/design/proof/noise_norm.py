@@ -31,6 +31,7 @@ from proofmass.runner.host.arrays import Array
 
 _SHARPNESS = (20.0, 200.0, 2_000.0)  # of the smooth maxima that are descended
 _WIDER = (0.0, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0)  # parts of the largest part of Q that begin in all directions
+_NOTHING = 1e-300  # which has a logarithm, where nothing enters a corner or is observed there
 _SPARE = 1e-10  # of the norm, beside what lies beyond the corners
 _UNKNOWN, _KNOWN = 3.3, 2.02  # by which the square of a norm leaves room for that, by its Frobenius norm and in the end
 
@@ -136,15 +137,13 @@ class _Corners:
     def observed(self, s: Array, spare: float) -> tuple[Array, Array]:
         """Return the largest values of C M^-1 C', and their w.
 
-        Raises `LinAlgError` where M, less a part of Q, is not positive, or nothing is observed.
+        Raises `LinAlgError` where M, less a part of Q, is not positive.
         """
         q = s.T @ s
         lower = np.linalg.cholesky((1.0 - spare) * q - np.swapaxes(self.a, 1, 2) @ q @ self.a)
         u, sizes, _ = np.linalg.svd(np.linalg.solve(lower, np.swapaxes(self.c, 1, 2)), full_matrices=False)
-        if not (sizes[:, 0] > 0.0).all():
-            raise np.linalg.LinAlgError
         w = np.linalg.solve(np.swapaxes(lower, 1, 2), u[:, :, :1] * sizes[:, None, :1])[:, :, 0]
-        return np.asarray(sizes[:, 0] ** 2), np.asarray(w, dtype=np.float64)
+        return np.asarray(sizes[:, 0] ** 2 + _NOTHING), np.asarray(w, dtype=np.float64)
 
     def smooth(self, begin: Array, step: Array, sharpness: float) -> tuple[float, Array]:
         """Return the logarithm of the bound for a step from a root, with its slopes."""
@@ -153,7 +152,7 @@ class _Corners:
         size, size_by_s, size_by_back = unknown(s, self.rest, back)
         spare = _UNKNOWN * size + _SPARE
         squares, w = self.observed(s, spare)
-        entering = np.einsum("ij,kji->k", s.T @ s, self.b) + 1e-300
+        entering = np.einsum("ij,kji->k", s.T @ s, self.b) + _NOTHING
         moved = np.einsum("kij,kj->ki", self.a, w)
         value, slope, weights = 0.0, np.zeros_like(begin), entering
         for sizes, slopes in (

@@ -59,3 +59,19 @@ def test_an_error_that_only_seemed_small_is_made_again(tolerance: float) -> None
     rate = complex(-5.0, 15.0)
     assert status == DONE
     assert x[0] == pytest.approx(((cmath.exp(rate) - 1.0) / rate).real, rel=tolerance)
+
+
+@pytest.mark.defect("S850", before="passed at the start of a tick, and nothing moved", after="told")
+@pytest.mark.parametrize("clearances", [[0.0], [1.0, 0.0], [0.0, 1.0]])
+def test_an_event_whose_clearance_stays_at_zero_is_told(clearances: list[float]) -> None:
+    """By its number, from 1."""
+
+    def apart(context: list[float], time: float, x: list[float], clear: list[float]) -> None:
+        clear[:] = clearances
+
+    count, flat = len(clearances), [[0.0] for _ in range(4)]
+    numbers = 0.0, 1.0, 1.0, 0.0, 2, 1e-12
+    group = GroupTick(
+        heun, apart, lambda *_: None, [], *numbers, *flat, [0.0, 0.0], [0.0] * count, [], count, count
+    )
+    assert integrate(group) == 1.0 + clearances.index(0.0)

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from proofmass.blocks import Constant, GapClosingActuator, LowPass, MassBetweenStops, Relay, Sine
+from proofmass.blocks import Constant, GapClosingActuator, LowPass, MassBetweenStops, Relay, Sine, Step
 from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.planning.plan import plan
@@ -154,14 +154,16 @@ def again(p: Any, x: Count) -> Count:
 
 
 @Stuck.event(then=again)
-def below(p: Any, x: Count, time: float) -> float:
-    return 0.0105 - time
+def below(p: Any, x: Count, time: float, input: float) -> float:
+    return 0.0105 - time - input
 
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("engine", ENGINES)
-def test_an_event_without_end_stops_the_run(engine: EngineName) -> None:
-    graph = Graph(name="stuck", rate="1 kHz", blocks={"stuck": Stuck()}, probes=["stuck.count"])
+@pytest.mark.parametrize("wires", [[], ["step.output -> stuck.input"]], ids=["within a tick", "where it begins"])
+def test_an_event_without_end_stops_the_run(engine: EngineName, wires: list[str]) -> None:
+    blocks: dict[str, Block] = {"stuck": Stuck(), "step": Step(start_time=0.01)}
+    graph = Graph(name="stuck", rate="1 kHz", blocks=blocks, wires=wires, probes=["stuck.count"])
     with pytest.raises(RunError) as told:
         simulate(graph, samples=100, engine=engine)
     assert told.value.problem.key == "stuck.below"

@@ -115,6 +115,23 @@ def test_a_switch_at_another_time_is_not_that_of_the_first() -> None:
     assert values != pytest.approx(margins_alone(planned, "0 s"), rel=1e-3)
 
 
+@pytest.mark.parametrize("far", [1.0, 10.0])
+def test_a_loop_that_rests_says_nothing_of_one_that_moves(far: float) -> None:
+    """A constant goes through a slow filter into the gain: its least margin is 50 / w later, or it moves too fast."""
+    graph = chain(0.5)
+    slow = DiscreteTransferFunction(numerator=(1e-3,), denominator=(1.0, -0.999))
+    blocks = {**graph.blocks, "far": Constant(value=0.0), "slow": slow, "one": Constant(value=0.4), "sum": Sum()}
+    wires = [*map(str, graph.wires), "far.output -> slow.input", "slow.output -> sum.first"]
+    wires += ["one.output -> sum.second", "sum.output -> gain.gain"]
+    planned = plan(Graph(name="", rate="1 kHz", duration="1 s", blocks=blocks, wires=wires, loops=graph.loops))
+    moving = varied(planned, changed_blocks(planned.blocks, {"far.value": far}))
+    (values,) = ManyMargins(planned, "10 ms").values([moving])
+    assert isinstance(values, proofmass.ModelError) == (far > 5.0)
+    if not isinstance(values, proofmass.ModelError):
+        gain = 0.4 + far * (1.0 - 0.999**131)
+        assert values[0] == pytest.approx(-20.0 * math.log10(gain), abs=0.05)
+
+
 def test_threads_share_what_follows_the_time_alone() -> None:
     """x[n + 1] = x[n] - g x[n], where a step adds to g after 5 s: each sensor looks at 10,000 ticks of it."""
     graph = Graph(

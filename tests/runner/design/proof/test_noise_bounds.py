@@ -93,6 +93,15 @@ def test_without_tolerances_the_sensor_itself_has_a_bound() -> None:
     assert status(about(rms(100.0, 2.0), tolerances=None, seconds=2.0)) == ["open"]
 
 
+@pytest.mark.defect("S849", before="open, as `a sensor lies too near the limit`", after="proved")
+def test_an_output_that_some_sensors_do_not_have() -> None:
+    """Of a gain from 0 to 1 the noise is that of the state at 1, and none at 0."""
+    text = FILTER.replace("wires = [", 'wires = ["state.output -> seen.input", ') + '[blocks.seen]\nkind = "Gain"\n'
+    for part, expected in ((1.01, "proved"), (0.99, "refuted")):
+        limit, within = part * rms(100.0, 2.0), {"seen.gain": ["0", "1"]}
+        assert status(about(limit, read_graph_text(text), "seen.output", tolerances=within)) == [expected]
+
+
 def test_noise_without_a_bound_is_refuted() -> None:
     """An integrator of noise wanders, and an unstable filter grows."""
     wanders = read_graph_text(FILTER.replace("gain = 2.0", "gain = 0.0"))

@@ -120,6 +120,15 @@ def test_it_gets_out_of_an_unstable_start() -> None:
     assert tuned.parameters["controller.gain"] == pytest.approx(SIXTY, rel=1e-3)
 
 
+def test_it_gets_out_of_a_start_that_is_hardly_unstable() -> None:
+    """It is stable below 1000, and its phase margin is 0.1 deg at 999, but its only sample lies above."""
+    free = {"controller.gain": {"at_least": 995, "at_most": 1010, "scale": "linear"}}
+    goals = {"phase": {**PHASE, "at_least": "0.1 deg"}}
+    tuned = tune(GRAPH.with_parameters({"controller.gain": 1001.0}), free=free, goals=goals, samples=1, starts=1)
+    assert tuned.met
+    assert tuned.parameters["controller.gain"] < 2e3 * math.sin(math.radians(89.9 / 3.0))
+
+
 def test_ctrl_c_keeps_the_best_so_far() -> None:
     def press(done: int, _: int) -> None:
         if done == 6:
