@@ -71,7 +71,5 @@ def test_an_event_whose_clearance_stays_at_zero_is_told(clearances: list[float])
 
     count, flat = len(clearances), [[0.0] for _ in range(4)]
     numbers = 0.0, 1.0, 1.0, 0.0, 2, 1e-12
-    group = GroupTick(
-        heun, apart, lambda *_: None, [], *numbers, *flat, [0.0, 0.0], [0.0] * count, [], count, count
-    )
+    group = GroupTick(heun, apart, lambda *_: None, [], *numbers, *flat, [0.0, 0.0], [0.0] * count, [], count, count)
     assert integrate(group) == 1.0 + clearances.index(0.0)
