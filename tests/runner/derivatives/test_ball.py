@@ -67,6 +67,12 @@ def test_functions_hold_every_value_and_stay_close(ours: Any, exact: Any, low: f
         assert whole.ends()[1] - whole.ends()[0] <= 20.0 * spread + 1e-7 * (1.0 + abs(float(values[0])))
 
 
+def test_functions_of_a_number_are_those_of_its_ball() -> None:
+    for ours, _, low, high in FUNCTIONS:
+        x = low + 0.7 * (high - low)
+        assert [float(end) for end in of_balls(ours, ball(x, x)).ends()] == pytest.approx([ours(x)] * 2, rel=1e-12)
+
+
 def test_arithmetic_holds_every_value() -> None:
     draw = random.Random(2)
     operations: list[Callable[[Any, Any], Any]] = [

@@ -218,6 +218,8 @@ def test_known_values_are_folded() -> None:
     assert program.make("subtract", a, a) is zero
     assert program.make("minimum", a, eight) is a
     assert program.make("select", program.make("less", a, zero), one, zero).kind == "less"
+    count = program.input("count", 0, 3)
+    assert program.make("select", count, one, zero).kind == "select", "of 2 it is 1"
     assert program.narrow(a, 3, 3) is program.constant(3)
     small = program.narrow(program.narrow(a, 0, 7), 2, 9)
     assert (small.operands, small.low, small.high, small.width) == ((a,), 2, 7, 4)

@@ -60,3 +60,9 @@ def test_decisions_count_once_the_loop_has_settled(
     expected = [np.asarray(plain[signal].values, dtype=float)[first:] for signal in ("total.output", "bit.sign")]
     np.testing.assert_allclose(found.rows, np.column_stack(expected), rtol=0.0, atol=1e-12)
     assert len(found.sources) == samples - first
+
+
+def test_short_spans_take_fewer_decisions_than_long_ones() -> None:
+    planned = plan(modulator())
+    few, many = (_watching(planned, {*planned.blocks}, {"bit": "sign"}, span)[1] for span in (0, 1 << 30))
+    assert few < 0.2 * many

@@ -360,6 +360,15 @@ def test_disk_margin_of_a_published_loop() -> None:
     assert found.disk_margin == pytest.approx(0.46, abs=0.005)
 
 
+def test_gains_between_which_a_resonance_is_held() -> None:
+    """L = s / (s^2 - 0.1 s + 1) / (s + 10)^2: by Routh with k + 10 between the roots of b^2 - 1970.1 b + 39601."""
+    below = np.polymul([1.0, -0.1, 1.0], [1.0, 20.0, 100.0])
+    loop = transfer(np.vstack([-below[1:], np.eye(3, 4)]), np.eye(4, 1), np.array([[0.0, 0.0, 1.0, 0.0]]), 0.0)
+    assert loop is not None
+    found = figures_of(CertifiedAxis(loop, False), 0.0, False)
+    assert found.stable_gains == (tuple(pytest.approx(b - 10.0) for b in sorted(np.roots([1.0, -1970.1, 39601.0]))),)
+
+
 def test_largest_gain_of_the_example_of_slicot() -> None:
     """AB13DD, three resonances: its manual gives 5.0e5 at 1.4142 rad/s."""
     a = np.zeros((6, 6))

@@ -19,11 +19,12 @@ from proofmass.blocks import (
     WhiteNoise,
 )
 from proofmass.blocks.arithmetic.fixed_point import Fixed, Rounding
+from proofmass.blocks.arithmetic.mantissa import Drop
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.quantities import Noise
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.noise.along_run import budgets_along
-from proofmass.runner.analysis.noise.grids import size_of
+from proofmass.runner.analysis.noise.grids import GridErrors, size_of
 from proofmass.runner.analysis.noise.noise_budget import NoiseBudget
 from proofmass.runner.design.quantities.output_figures import read_noise
 from proofmass.runner.planning.plan import plan
@@ -49,6 +50,12 @@ def test_sizes_of_errors_counted_one_by_one(rounding: Rounding, levels: int, off
     errors = [NEAREST[rounding](value) - value for value in values]
     square = sum((error - sum(errors) / len(errors)) ** 2 for error in errors) / len(errors)
     assert size_of(levels, float(offset), rounding) ** 2 == pytest.approx(float(12 * square), abs=1e-9)
+
+
+@pytest.mark.parametrize("bits", [1, 2, 3])
+def test_errors_that_are_not_known_are_those_of_all_bits_that_are_dropped(bits: int) -> None:
+    size = GridErrors({}, {}).size(("gain", "output"), Drop(bits, "floor"))
+    assert size / math.sqrt(12.0) == pytest.approx(np.std(np.arange(2**bits) / 2**bits))
 
 
 def rounded_gain(gain: float, rounding: Rounding) -> tuple[dict[str, Block], list[str]]:

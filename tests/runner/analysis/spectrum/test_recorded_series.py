@@ -40,6 +40,7 @@ def test_units_of_time_and_columns(tmp_path: Path) -> None:
     ("text", "said"),
     [
         ("time [s],a\n0,1\n1,1\n3,1\n4,1\n", r"row 2 is at 1 s|row 3 is at 3 s"),
+        ("time [ms],a\n0,1\n1,1\n3,1\n4,1\n", r"row 2 is at 0.001 s|row 3 is at 0.003 s"),
         ("time [s],a\n0,1\n", "holds one row"),
         ("time [s],a\n2,1\n1,1\n0,1\n", "not equally spaced"),
         ("time [V],a\n0,1\n1,1\n", "its unit must be one of time"),

@@ -188,6 +188,8 @@ def test_bits_of_the_graph_of_a_continuous_loop(tmp_path: Path) -> None:
 
 def test_states_stay_within_the_swing() -> None:
     of, plain = (design_modulator(4, 64, swing=swing, samples=2048) for swing in (0.8, None))
+    assert list(of.amplitudes) == sorted({*of.amplitudes}), "up to full scale"
+    assert of.amplitudes[-1] == 0.0
     assert of.swings == (0.8,) * 4
     assert of.simulated == pytest.approx(plain.simulated, abs=1e-6)
     assert [k / p for k, p in zip(of.coefficients.a, plain.coefficients.a, strict=True)] == pytest.approx(

@@ -2,12 +2,14 @@
 
 import math
 import random
+from contextlib import nullcontext
 from typing import Any
 
 import flint
 import numpy as np
 import pytest
 
+from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.analysis.linearisation.forward import Course
@@ -17,6 +19,7 @@ from proofmass.runner.derivatives.polynomial import PolynomialBall
 from proofmass.runner.design.proof.attempt import known_proofs
 from proofmass.runner.design.proof.prove import Proofs, prove
 from proofmass.runner.design.proof.rest_point import RestRun
+from proofmass.runner.design.proof.rest_sources import RestSources
 from proofmass.runner.design.proof.text import proofs_text
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.simulate import simulate
@@ -249,6 +252,17 @@ def test_what_does_not_come_round_is_open_with_the_reason(source: str, given: An
     answer = found(graph, at="settled", **({"tolerances": WITHIN, "seconds": 60.0} | given))
     assert set(status(answer)) == {"open"}
     assert all(words in one.searched.why for one in answer.proofs)
+
+
+@pytest.mark.parametrize(
+    ("periods", "whole"), [((64,), True), ((65,), False), ((21, 3), True), ((9, 7), True), ((9, 8), False)]
+)
+def test_sources_come_round_together_within_64_periods(periods: tuple[int, ...], whole: bool) -> None:
+    """Sines of some periods of 1 ms each."""
+    blocks = "".join(f'[blocks.s{n}]\nkind = "Sine"\nfrequency = "{1000 / n!r} Hz"\n' for n in periods)
+    sines = plan(read_graph_text(f'name = "sines"\nrate = "1 kHz"\n{blocks}'))
+    with nullcontext() if whole else pytest.raises(ModelError, match="at most 64 periods"):
+        RestSources(sines, {*sines.blocks}).check("s", 1, 0)
 
 
 # -- certificates ------------------------------------------------------------------------------------------------------

@@ -49,6 +49,11 @@ def test_widths_are_those_of_one_coordinate_with_the_others_nominal_or_half_way(
     assert box.widths() == pytest.approx({"v": 2.0, "a.value": 4.2}), "and none of what has one choice"
 
 
+def test_of_a_list_the_value_next_to_that_of_the_graph_is_nominal() -> None:
+    (values,) = box_of(Study(graph(d=3), spread={"d.value": {"values": [-4.0, 1.0, 2.5, 5.0]}}), {}).ranges
+    assert values.nominal == 2.5
+
+
 def test_slopes_are_those_of_the_places() -> None:
     spread: dict[str, Any] = {
         "b.value": {"normal": "5 %", "relative": True},
