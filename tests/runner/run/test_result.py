@@ -241,6 +241,7 @@ def test_a_sparkline_keeps_spikes_and_is_empty_where_nothing_can_be_drawn() -> N
     assert len(points) == 240
     assert [x for x, y in points if y < 20.0] == [93.5]  # upwards is less
     assert (min(y for _, y in points), max(y for _, y in points)) == (2.0, 22.0)  # two pixels of 24 stay free
+    assert sparkline(values + 7.0) == sparkline(values)
     assert sparkline(np.array([1.0])) == sparkline(np.array([1.0, np.nan])) == sparkline(np.zeros((3, 2))) == ""
     assert "12" in sparkline(np.ones(5))
 

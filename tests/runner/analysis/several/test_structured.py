@@ -39,4 +39,6 @@ def test_closed_forms() -> None:
     assert lower_bound(triangular, [1, 1])[0] == pytest.approx(0.7, rel=1e-9)
     turned = np.array([[0.0, 4.0], [9.0, 0.0]], dtype=complex)
     assert upper_bound(turned, [1, 1]).bound == pytest.approx(6.0, rel=1e-9)
+    units = np.array([[0.0, 1e12], [1e-12, 0.0]], dtype=complex)
+    assert upper_bound(units, [1, 1]).bound == pytest.approx(1.0, rel=1e-9), "whatever the units of the wires"
     assert upper_bound(np.zeros((2, 2), dtype=complex), [1, 1]).bound == 0.0

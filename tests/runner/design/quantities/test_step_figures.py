@@ -28,6 +28,12 @@ def test_a_step_of_second_order() -> None:
     assert found["settling_time"] == pytest.approx(times[np.flatnonzero(np.abs(apart) > 0.02)[-1]], rel=1e-2)
 
 
+def test_a_step_that_is_there_at_once() -> None:
+    """L = 99, at every instant."""
+    loop = OpenLoop(PeriodMap((), WIRE, WIRE, np.array([[-99.0, 0.0]]), {}, 0.0), continuous=True)
+    assert step_figures(margins_of(loop, "main", "plant.output")) == {"overshoot": 0.0, "settling_time": 0.0}
+
+
 def test_a_step_of_first_order() -> None:
     """L = 3 / (s / 10 + 1) ends at 3 / 4, and comes within 2 % of that after log(50) / 40 s."""
     matrix = np.array([[-10.0, 10.0, 0.0], [-3.0, 0.0, 0.0]])

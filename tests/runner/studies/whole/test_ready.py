@@ -1,5 +1,6 @@
 """`check` means ready: what a run refuses because of what its files say, `check` refuses, and in the same words."""
 
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -123,6 +124,16 @@ NOTES = {
         "the recording begins at 0.01 s: its first value is played from 0 s on",
     ),
 }
+
+
+def test_what_is_not_sampled_at_a_rate_has_no_gaps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Rows are 1 and 1.8 ms apart in turn, and 7 ms once."""
+    times = [milliseconds / 1000.0 for milliseconds in accumulate([0.0, *[1.0, 1.8] * 7, 7.0, 1.0, 1.0])]
+    (tmp_path / "model.toml").write_text(RECORDED)
+    (tmp_path / "log.csv").write_text("time,a\n" + "".join(f"{time},1\n" for time in times))
+    ((checked, said),) = answers(tmp_path, capsys, "check")
+    assert checked == 0
+    assert "gap" not in said
 
 
 @pytest.mark.defect("F7", before="bridged or held in silence", after="a note of check, with the times")
