@@ -289,7 +289,7 @@ class LoweredExpressions:
         if len(rest) == 1 or (isinstance(holds, Immediate) and not holds.value):
             return holds
         others, region = self._apart(lambda: self._chain(node, right, rest[1:]))
-        if isinstance(holds, Immediate) or is_cheap(region):
+        if is_cheap(region):
             self.builder.splice(region)
             return self.builder.compute("both", holds, others)
         return self._either(holds, others, region, zero(TRUTH), [])

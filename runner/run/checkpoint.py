@@ -231,5 +231,5 @@ def _sum(data: dict[str, Any]) -> str:
 
 def _refused(folder: Path, message: str, got: str = "", expected: str = "") -> ModelError:
     place = str(folder / FILE)
-    problem = Problem(message=message, file=place, got=got[:200], expected=expected[:200], hint=_ANEW)
+    problem = Problem(message=message, file=place, got=got[:200], expected=expected, hint=_ANEW)
     return problem.error

@@ -24,7 +24,7 @@ class Orbit:
 
         What moves by a rounding of the largest values that numbers have had, `sizes`, stands still.
         """
-        keys = sorted(set(rows[0]).intersection(*rows))
+        keys = sorted(set.intersection(*map(set, rows)))
         values = np.array([[row[key] for key in keys] for row in rows], dtype=float).reshape(len(rows), len(keys))
         swing, size = np.ptp(values, axis=0), np.max(np.abs(values), axis=0)
         steps = np.diff(values, axis=0)

@@ -179,7 +179,7 @@ def _vectors(a: Array, root: Any) -> tuple[Array, Array]:
     shift = root.mid() + flint.acb(_APART, _APART)
     vectors, parts = [], parts_of(a)
     for turned, order in ((a, parts), (a.T, parts[::-1])):
-        vector = [flint.acb(1.0 + i / (i + 7.0)) for i in range(len(a))]
+        vector = [flint.acb(i).cos() for i in range(len(a))]  # in no direction of its own
         for _ in range(2):
             solved = _solved(turned, shift, order, vector)
             largest = max(solved, key=lambda value: float(abs(value).log()) if value != 0 else -math.inf)

@@ -25,7 +25,8 @@ _ROUNDING = 1e-12
 _NARROWEST = 1e-4  # radians in a period: half the width of a line beyond the first turn that counts
 _MOST_CHECKED = 32  # frequencies
 _SPARSE = 64  # states, from which on a matrix is taken as sparse
-ABOUT_A_POLE = np.concatenate([-np.geomspace(1e-2, 30.0, 24), [0.0], np.geomspace(1e-2, 30.0, 24)])
+_BESIDE = np.geomspace(1e-2, 30.0, 24)
+ABOUT_A_POLE = np.concatenate([-_BESIDE, [0.0], _BESIDE])
 RealFunction = Callable[[Complex], Array]
 
 
