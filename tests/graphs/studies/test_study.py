@@ -24,6 +24,11 @@ def study(tmp_path: Path, text: str = STUDY) -> Study:
     return read_study(path)
 
 
+def test_python_has_the_defaults_of_a_file() -> None:
+    graph, _ = STUDY.split("[study]\n")
+    assert Study(read_graph_text(graph)) == read_study_text(f"{graph}[study]\n")
+
+
 def test_a_file_of_its_own_a_table_and_python_give_the_same_study(tmp_path: Path) -> None:
     graph, table = STUDY.split("[study]\n")
     (tmp_path / "converter.toml").write_text(graph)

@@ -44,6 +44,18 @@ def test_errors_are_the_least_and_the_largest_of_all_numbers(rule: Rounding, fac
     assert rounded.terms == {AffineSymbol(INPUT, 0): Fraction(factor, 1 << dropped), AffineSymbol(ERROR, 0): 1}
 
 
+def test_all_bits_or_none_of_a_mask() -> None:
+    x = form()
+    for number in (-3, 0, 5):
+        for mask in (0, -1):
+            for operation in (operator.and_, operator.or_, operator.xor):
+                found = operation(x, mask)
+                value = (
+                    found if isinstance(found, int) else found.constant + found.terms[AffineSymbol(INPUT, 0)] * number
+                )
+                assert value == operation(number, mask)
+
+
 def test_it_is_a_mantissa() -> None:
     assert isinstance(form(), Mantissa)
     assert repr(2 * form() - 3) == "-3 + 2 input 0"

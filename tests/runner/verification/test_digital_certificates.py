@@ -14,6 +14,7 @@ from math import ceil, floor
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from proofmass.runner.design.proof.prove import Proofs, prove
@@ -59,6 +60,18 @@ def proved(request: pytest.FixtureRequest) -> str:
 def changed(text: str, number: int = 1, **values: Any) -> str:
     """A certificate with other values in one claim, and a hash that is right."""
     return forged(text, lambda c: c["digital"][number].update(values))
+
+
+@pytest.mark.parametrize(("factor", "constant", "most"), [(1, 0, 2.0), (3, 1, 7.0)])
+def test_what_a_register_reaches_counts_whatever_its_factor(factor: int, constant: int, most: float) -> None:
+    """x' = x / 2 + u with |u| <= 1 comes as near to 2 as one likes."""
+
+    def numbers(*row: float) -> Any:
+        return np.array([[Fraction(value) for value in row]], dtype=object)
+
+    system = numbers(factor, 0, constant), numbers(0.5, 1, 0), numbers(0)[0], [(Fraction(-1), Fraction(1))]
+    assert digital_checker._all_within(lambda _, low, high: high <= most + 0.01, *system)
+    assert not digital_checker._all_within(lambda _, low, high: high <= most - 0.01, *system)
 
 
 def test_what_the_checker_says_and_how_near_it_is() -> None:

@@ -28,6 +28,9 @@ from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.loops import Loop
 from proofmass.graphs.studies.build import Study
+from proofmass.runner.analysis.linearisation.orbit_run import OrbitRun
+from proofmass.runner.analysis.linearisation.rings import Ring as FoundRing
+from proofmass.runner.analysis.linearisation.rings import Rings
 from tests.by_hand.amounts import amounts
 
 RATE = 1000
@@ -266,3 +269,11 @@ def test_margins_of_a_study_do_not_depend_on_threads(again: int) -> None:
     assert len({result.digest for result in results}) == 1
     table = results[0].values
     assert np.array_equal(table["main.gain_margin"], table["again.gain_margin"])
+
+
+def test_the_slowest_ring_is_the_one_that_is_back_last() -> None:
+    run = object.__new__(OrbitRun)
+    run.rings = Rings(
+        {(name, "line"): FoundRing("place", 5, turn, turn) for name, turn in (("a", 5), ("b", 40), ("c", 8))}
+    )
+    assert run.slowest_ring() == ("b", "b.line", 1.0 / 40.0)

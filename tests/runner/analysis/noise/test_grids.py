@@ -82,6 +82,13 @@ def test_the_spread_of_a_value_has_the_errors_that_are_there(gain: float, roundi
     assert found.notes == ()
 
 
+def test_the_error_of_a_gain_is_there_however_large_the_noise() -> None:
+    blocks, wires = rounded_gain(0.5, "half_even")
+    large = {"noise": WhiteNoise(density=1e4 * math.sqrt(2.0 / RATE))}
+    parts = {source.block: source.rms for source in noise(graph(blocks | large, wires), OUTPUT).sources}
+    assert parts["gain"] == pytest.approx(math.sqrt(1 / 8), rel=1e-6)
+
+
 @pytest.mark.defect("S804", before="chains 4 and 13 are a factor of 5 and 7 off without a note", after="a note")
 @pytest.mark.parametrize(("number", "told"), [(3, False), (4, True), (13, True), (19, False)])
 def test_the_spread_of_a_value_tells_what_is_in_doubt(number: int, told: bool) -> None:

@@ -102,6 +102,13 @@ def test_an_output_that_some_sensors_do_not_have() -> None:
         assert status(about(limit, read_graph_text(text), "seen.output", tolerances=within)) == [expected]
 
 
+def test_an_output_without_states_has_noise_within_its_gain() -> None:
+    text = FILTER.replace("wires = [", 'wires = ["hiss.output -> seen.input", ') + '[blocks.seen]\nkind = "Gain"\n'
+    for part, expected in ((1.11, "proved"), (1.09, "refuted")):
+        found = about(part * S, read_graph_text(text), "seen.output", tolerances={"seen.gain": "10 %"})
+        assert status(found) == [expected]
+
+
 def test_noise_without_a_bound_is_refuted() -> None:
     """An integrator of noise wanders, and an unstable filter grows."""
     wanders = read_graph_text(FILTER.replace("gain = 2.0", "gain = 0.0"))

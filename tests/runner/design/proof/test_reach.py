@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 from proofmass.runner.design.proof import reach
+from proofmass.runner.design.proof.digital_map import DigitalMap
+from proofmass.runner.design.proof.digital_reach import DigitalReach
 from proofmass.runner.design.proof.reach import Entering, Powers, extremes, responses
+from proofmass.runner.fixed.affine import ERROR, REGISTER, AffineForms, RoundingError
 
 
 def rows(*numbers: Any) -> list[list[Fraction]]:
@@ -24,6 +27,17 @@ def test_what_a_decaying_number_reaches() -> None:
     assert found.low == pytest.approx([-2.0, -9.0, 0.0], abs=1e-8)
     assert (found.high[:2] > [3.0, 6.0]).all()
     assert (found.low[:2] < [-2.0, -9.0]).all()
+
+
+def test_what_errors_do_not_move_has_no_part_in_what_they_reach() -> None:
+    """x' = n + e, where n counts without end."""
+    forms, half = AffineForms(), Fraction(1, 2)
+    x, n, e = forms.symbol(REGISTER, 0), forms.symbol(REGISTER, 1), forms.symbol(ERROR, 0)
+    found = DigitalReach(
+        DigitalMap((0, 0), (n + e, n + 1), (), (), (RoundingError("x", -half, half),), (), {}, 1)
+    ).of_errors(x)
+    assert found is not None
+    assert (found.low, found.high) == pytest.approx((-0.5, 0.5))
 
 
 def test_two_inputs_add_up_and_each_has_its_ends() -> None:

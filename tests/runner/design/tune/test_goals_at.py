@@ -48,6 +48,13 @@ def objective(value: float, sign: float) -> GoalRow:
     return goals._objective(goal, GoalRow("end", "", value, np.array([3.0])))
 
 
+@pytest.mark.parametrize(("sign", "limit"), [(1.0, "at_least"), (-1.0, "at_most")])
+def test_slacks_are_parts_of_the_limit(sign: float, limit: str) -> None:
+    goals, slacks = object.__new__(GoalsAt), list[GoalRow]()
+    goals._rows(Goal(MeasureOf("end", "1"), **{limit: 50.0}), GoalRow("end", "", 60.0, np.array([3.0])), slacks, [])
+    assert [(row.value, *row.gradient) for row in slacks] == [pytest.approx((sign * 0.2, sign * 0.06))]
+
+
 def scaled(level: float, gain: float, offset: float = 0.0) -> Graph:
     """gain level + offset, which `bias` and the measure `end` read."""
     return Graph(
