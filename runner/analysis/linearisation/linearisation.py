@@ -91,7 +91,7 @@ class Linearisation:
         See `period_map`. Of the outputs `beside`, whose maps are asked for too, it is computed together.
         """
         ends = Ends(tuple(inputs), tuple(outputs), cut, everything, noise, tuple(beside))
-        if by_parameters and (not cut or turning(self.plan) & ends.blocks(self.plan)[0]):
+        if by_parameters and (not cut or turning(self.plan, ends)):
             ends = replace(ends, whole_turns=True)
         point = self.point_of(ends)
         notes, exact, later = (*self.notes, *point.notes), point.map, point.later

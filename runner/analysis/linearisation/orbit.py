@@ -40,9 +40,9 @@ from proofmass.runner.analysis.linearisation.period_map import PeriodMap, Unrepe
 from proofmass.runner.analysis.linearisation.rings import Rings
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS
 from proofmass.runner.analysis.linearisation.waiting import Waiting, switch_note
-from proofmass.runner.derivatives.dual_noise import given
+from proofmass.runner.derivatives.dual_noise import changing, given
 from proofmass.runner.host.arrays import Array, Complex
-from proofmass.runner.plan.bindings import StateBinding, Tick, Time
+from proofmass.runner.plan.bindings import BufferBinding, StateBinding, Tick, Time, WireBinding
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 
@@ -176,7 +176,7 @@ class OrbitSearch:
             options: dict[str, Any] = {"span": point.periods * self._ticks, "rings": self._run.rings}
             moved = self._ends.map(self._plan, memory=memory, by_parameters=True, point_slopes={}, **options)
             tables.append({name: slope[:, :-1] for name, slope in moved.slopes.items() if slope[:, :-1].any()})
-        first, sources = tables[0], turning(self._plan)
+        first, sources = tables[0], turning(self._plan, self._ends)
         if any(table.keys() != first.keys() for table in tables) or any(split(name)[0] in sources for name in first):
             return True
         sizes = {name: SAME * np.abs(slope).max() for name, slope in first.items()}
@@ -362,9 +362,17 @@ class OrbitSearch:
         )
 
 
-def turning(plan: Plan) -> set[str]:
-    """Return sources of a plan that turn: they have no inputs, but the time or a state."""
-    return {name for name in given(plan, (Time, Tick, StateBinding)) if not type(plan.blocks[name]).inputs}
+def turning(plan: Plan, ends: Ends) -> set[str]:
+    """Return what may turn by itself: it changes and small signals do not reach it, or no wire moves its state."""
+    upstream, moving = ends.blocks(plan)
+    apart = changing(plan, (StateBinding, BufferBinding, Time, Tick)) - moving
+    moved = {
+        name
+        for name in moving
+        for role in {"update", "derivative"} & type(plan.blocks[name]).functions.keys()
+        if any(isinstance(binding, WireBinding) for binding in plan.bindings(name, role))
+    }
+    return upstream & (apart | given(plan, (Time, Tick)) | (given(plan, (StateBinding,)) - moved))
 
 
 def _passes(of_period: PeriodMap) -> bool:

@@ -7,6 +7,7 @@ import pytest
 
 from proofmass.blocks import (
     AnalogToDigital,
+    ChopperModulator,
     Constant,
     Decimator,
     Difference,
@@ -380,16 +381,21 @@ def test_margins_on_carriers_move_as_in_a_whole_turn(phase: float) -> None:
         assert found.get(name, 0.0) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_an_offset_behind_a_chopper_moves_no_margin() -> None:
+@pytest.mark.defect("S851", before="-8.7 dB per unit, that of one tick, where a chopper makes the chips", after="none")
+@pytest.mark.parametrize(
+    ("chips", "port"),
+    [
+        (RepeatingSequence(values=(1.0,) * 4 + (-1.0,) * 4), "output"),
+        (ChopperModulator(half_period=4, unit="1"), "square"),  # of which no parameter moves a margin
+    ],
+)
+def test_an_offset_behind_a_chopper_moves_no_margin(chips: Block, port: str) -> None:
     """(chips + offset) chips is 1 + offset chips: the chips are as often negative as positive."""
-    between: dict[str, Block] = {
-        "chips": RepeatingSequence(values=(1.0,) * 4 + (-1.0,) * 4), "offset": Constant(value=0.0), "sum": Sum(),
-        "up": Product(), "down": Product(),
-    }  # fmt: skip
+    between = {"chips": chips, "offset": Constant(value=0.0), "sum": Sum(), "up": Product(), "down": Product()}
     wires = [
-        "chips.output -> sum.first", "offset.output -> sum.second", "gain.output -> up.first",
-        "sum.output -> up.second", "up.output -> down.first", "chips.output -> down.second",
-        "down.output -> pole.input",
+        f"chips.{port} -> sum.first", "offset.output -> sum.second", "gain.output -> up.first",
+        "sum.output -> up.second", "up.output -> down.first", f"chips.{port} -> down.second",
+        "down.output -> pole.input", *(["zero.output -> chips.input"] if port == "square" else []),
     ]  # fmt: skip
     found = slopes(loop_margins(through_carriers(between, wires), "delay.output")[0])
     assert found["gain.gain"] == pytest.approx(-40.0 / math.log(10.0))
