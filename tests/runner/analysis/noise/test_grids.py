@@ -84,7 +84,7 @@ def test_the_spread_of_a_value_has_the_errors_that_are_there(gain: float, roundi
 
 def test_the_error_of_a_gain_is_there_however_large_the_noise() -> None:
     blocks, wires = rounded_gain(0.5, "half_even")
-    large = {"noise": WhiteNoise(density=1e4 * math.sqrt(2.0 / RATE))}
+    large = {"noise": WhiteNoise(density=1e8 * math.sqrt(2.0 / RATE))}
     parts = {source.block: source.rms for source in noise(graph(blocks | large, wires), OUTPUT).sources}
     assert parts["gain"] == pytest.approx(math.sqrt(1 / 8), rel=1e-6)
 
