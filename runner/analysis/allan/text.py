@@ -63,6 +63,5 @@ def _octaves(curve: Curve) -> list[int]:
 
 
 def _at(curve: Curve, tau: float, unit: str) -> str:
-    near = int(np.argmin(np.abs(curve.taus - tau)))
-    same = abs(curve.taus[near] - tau) <= 1e-9 * tau
-    return f"{in_field_unit('B', float(curve.deviation[near]), unit):.6g}" if same else ""
+    found = curve.deviation[curve.taus == tau]
+    return "".join(f"{in_field_unit('B', value, unit):.6g}" for value in found.tolist())
