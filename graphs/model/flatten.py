@@ -109,7 +109,7 @@ def flatten(graph: Graph) -> FlatGraph:
     wires: list[Wire] = []
     origins: dict[str, Origin] = {}
     loops: dict[str, Loop] = {}
-    for path, part, rate, later in _parts(graph, "", None, Fraction(0)):
+    for path, part, rate, later in _parts(graph):
         for name, block in part.blocks.items():
             offset = part.offsets.get(name, Fraction(0))
             if not type(block).continuous():
@@ -168,7 +168,7 @@ def has_own_rate(flat: FlatGraph, name: str) -> bool:
 
 def parts(graph: Graph) -> Iterator[tuple[str, Graph]]:
     """Return all graphs inside, itself first, each with its path and a dot."""
-    return ((path, part) for path, part, _, _ in _parts(graph, "", None, Fraction(0)))
+    return ((path, part) for path, part, _, _ in _parts(graph))
 
 
 def values_of(graph: Graph) -> dict[str, NamedValue]:
@@ -177,7 +177,7 @@ def values_of(graph: Graph) -> dict[str, NamedValue]:
 
 
 def _parts(
-    graph: Graph, path: str, rate: Fraction | None, later: Fraction
+    graph: Graph, path: str = "", rate: Fraction | None = None, later: Fraction = Fraction(0)
 ) -> Iterator[tuple[str, Graph, Fraction | None, Fraction]]:
     """Yield every graph inside with its path, the rate of its blocks, if it differs from the root's, and offset."""
     yield path, graph, rate, later

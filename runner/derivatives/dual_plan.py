@@ -151,7 +151,7 @@ def _term_by_term(values: Matrix, slopes: Sequence[Matrix], period: float) -> li
     flat, scale = [period * entry for row in values for entry in row], [1.0] * size
     balance(flat, size, scale)
     matrix, units = np.array(flat).reshape(size, size), np.array(scale)
-    halvings = max(0, math.frexp(np.abs(matrix).sum(axis=1).max(initial=0.0))[1])
+    halvings = max(0, math.frexp(np.abs(matrix).sum(axis=1).max())[1])
     matrix = matrix * 0.5**halvings
     by = np.reshape(slopes, (-1, size, size)) * (period * 0.5**halvings) * units / units[:, np.newaxis]
     grown, moved = matrix, by

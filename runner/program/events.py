@@ -175,9 +175,7 @@ def _within(s: TangentStep) -> Operand:
     slopes, compute = s.slopes, s.builder.compute
     value, last = s.numbers()
     above = slopes.chosen(compute("less", 0.0, value), s.dx[0], operand(0.0))
-    return slopes.chosen(
-        compute("less", compute("select", compute("less", 0.0, value), value, 0.0), last), above, s.dx[1]
-    )
+    return slopes.chosen(compute("less", value, last), above, s.dx[1])
 
 
 AT_WIRES: dict[str, TangentRule] = {_AT_WIRE: _wire}

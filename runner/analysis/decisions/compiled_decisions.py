@@ -110,7 +110,7 @@ def _watching(plan: Plan, upstream: AbstractSet[str], ports: Mapping[str, str], 
     watching = part_of(plan, upstream, [*signals, *_sources(plan, upstream, ports)], telling)
     slowest = max(watching.schedule.divisors[name] for name in ports)
     decisions = min(max(span // slowest, FEWEST), MOST) + SETTLING
-    return watching, min(decisions * slowest, _MOST_CALLS // max(1, len(watching.schedule.order)))
+    return watching, min(decisions * slowest, _MOST_CALLS // len(watching.schedule.order))
 
 
 def _sources(plan: Plan, upstream: AbstractSet[str], ports: Mapping[str, str]) -> Iterator[str]:

@@ -140,7 +140,7 @@ def shaping(values: Array) -> Shaping:
     segment = min(_LONGEST, 1 << int(math.log2(max(len(values) // _SEGMENTS, _LINES))))
     density = spectrum(values, rate=1.0, segment=segment).density.copy()
     density[:2], density[-1] = density[2], density[-2]  # what the mean leaves, and half a line
-    order, low = (min(most, segment // (2 * _LINES)) for most in (_ORDER, _LOW_ORDER))
+    order, low = (min(most, len(density) // _LINES) for most in (_ORDER, _LOW_ORDER))
     stretch = max(1.0, _STRETCH * segment)
     density /= 2.0 * np.var(values)
     poles, gain = _predicted(density, low, (stretch - 1.0) / (stretch + 1.0))

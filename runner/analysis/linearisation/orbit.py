@@ -59,7 +59,7 @@ MOST_MAPS, MOST_COMPARED = 16, 2_000  # periods and base ticks of maps compared 
 MOST_SWITCHED = MOST_VALUES  # periods of a map over those of a switch
 _BACK = 0.1  # relative difference allowed between maps of noise over some periods and the next
 STARTS_UP = 'tick 0 is a start-up, and the loop changes afterwards: use --at settled, or a time, such as --at "0.1 s"'
-_TURNED_AT, _TURNED = 8, 1e-3  # instants of a turn; part by which what a parameter does may differ from one to another
+_TURNED_AT, _TURNED = 7, 1e-3  # instants of a turn; part by which what a parameter does may differ from one to another
 _EXACTLY = 1e-9  # part of its swing, by which a number may miss its old value where orbits close
 
 
@@ -169,8 +169,8 @@ class OrbitSearch:
 
     def _turns(self, point: OrbitPoint, periods: int) -> bool:
         """Return whether what parameters do to a loop turns with sources, whose own parameters move it or others do."""
-        maps, last = periods // point.periods, _TURNED_AT - 1
-        looks = {0, 1, 2, 3, *(maps * number // last for number in range(1, last))} & {*range(maps)}
+        maps = periods // point.periods
+        looks = {0, 1, 2, 3, *(maps * number // _TURNED_AT for number in range(1, _TURNED_AT))} & {*range(maps)}
         tables = list[dict[str, Array]]()
         for memory in (self._run.after(look * point.periods) for look in sorted(looks)):
             options: dict[str, Any] = {"span": point.periods * self._ticks, "rings": self._run.rings}

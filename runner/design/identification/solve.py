@@ -281,7 +281,7 @@ class UnknownsSolver:
                 place += len(part)
                 moved = np.sqrt(np.mean(rows**2, axis=0)) * self.noise[signal] if len(rows) else 0.0 * wanted
                 wanted = np.maximum(wanted, moved / max(_MOVED * spread, _CODES * code))
-                least = np.maximum(least, moved / max(_MOVED * spread, code, _OF_CODED * spread * (code > 0.0)))
+                least = np.maximum(least, moved / max(code, _OF_CODED * spread))
                 smooth |= (moved > 0.0) & (code == 0.0)
             steps, before = self._steps / self.scales, self._steps
             with np.errstate(divide="ignore"):

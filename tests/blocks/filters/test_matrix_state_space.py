@@ -17,7 +17,7 @@ INPUTS, OUTPUTS = ("first", "second", "third", "fourth"), ("one", "two", "three"
 def test_steps_against_the_matrix_exponential(order: int, inputs: int, outputs: int) -> None:
     dice = np.random.default_rng(order)
     a = dice.normal(size=(order, order)) - 3.0 * np.eye(order)
-    b, c, sizes = dice.normal(size=(order, inputs)), dice.normal(size=(outputs, order)), dice.normal(size=inputs)
+    b, c, sizes = dice.normal(size=(order, inputs)), dice.normal(size=(outputs, order)), dice.normal(size=4)
     block = MatrixStateSpace(
         input_size=inputs, output_size=outputs, transition=a.ravel().tolist(), entry=b.ravel().tolist(),
         readout=c.ravel().tolist(),
@@ -25,13 +25,13 @@ def test_steps_against_the_matrix_exponential(order: int, inputs: int, outputs: 
     graph = Graph(
         name="steps",
         rate=20,
-        blocks={"system": block, **{f"step_{k}": Step(amplitude=sizes[k]) for k in range(inputs)}},
-        wires=[f"step_{k}.output -> system.{INPUTS[k]}" for k in range(inputs)],
+        blocks={"system": block, **{f"step_{k}": Step(amplitude=sizes[k]) for k in range(4)}},
+        wires=[f"step_{k}.output -> system.{INPUTS[k]}" for k in range(4)],
         probes=[f"system.{name}" for name in OUTPUTS],
     )
     result = simulate(graph, samples=60, engine="python")
     found = np.array([result[f"system.{name}"].values for name in OUTPUTS]).T
-    rest = np.linalg.solve(a, b @ sizes)
+    rest = np.linalg.solve(a, b @ sizes[:inputs])
     expected = np.array([c @ (linalg.expm(a * n / 20.0) @ rest - rest) for n in range(60)])
     assert distance(found[:, :outputs], expected) < 1e-12
     assert not found[:, outputs:].any()

@@ -43,6 +43,13 @@ def test_each_mutation_is_named_with_its_key_alone(mutation: tuple[str, str], tm
     assert not file_differences(before, before, None)
 
 
+def test_a_graph_and_a_study_differ_by_their_graphs_too(tmp_path: Path) -> None:
+    before, after = tmp_path / "before.toml", tmp_path / "after.toml"
+    before.write_text(INTEGRATING, encoding="utf-8")
+    after.write_text(INTEGRATING.replace("1e-3 1/sqrt", "2e-3 1/sqrt") + STUDY, encoding="utf-8")
+    assert [d.key for d in file_differences(before, after, None)] == ["blocks.hiss.density", "study"]
+
+
 def test_studies_without_a_common_variant(tmp_path: Path) -> None:
     """The first variants of both are compared: 50 of the gain and 160, beside what both studies say."""
     files = [tmp_path / "before.toml", tmp_path / "after.toml"]

@@ -167,6 +167,7 @@ def test_statistics_of_numbers_whose_squares_overflow() -> None:
     assert found.mean == pytest.approx(1e247, rel=1e-15)
     assert found.std == pytest.approx(2e247, rel=1e-15)
     assert (found.lowest, found.highest) == (-1e247, 3e247)
+    assert statistics(np.array([0.0, 1e247, 2e247])).std == pytest.approx(1e247, rel=1e-15)
     assert statistics(np.array([1.7e308, 1.7e308])).mean == 1.7e308
 
 
