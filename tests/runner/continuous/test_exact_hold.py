@@ -87,12 +87,13 @@ def test_stiff_and_undamped_systems_up_to_order_twelve(kind: str) -> None:
 
 @pytest.mark.parametrize("size", [1e-150, 1e-100, 1.0, 1e100, 1e150])
 def test_an_oscillation_whose_states_have_units_far_apart(size: float) -> None:
-    """x' = v / size, v' = size (u - x): x turns into 1 - cos t, v into size sin t."""
-    transition, entry = hold([[0.0, 1.0 / size], [-size, 0.0]], [[0.0], [size]], 0.7)
+    """x' = v / size, v' = size (u - x): x turns into 1 - cos t, v into size sin t. Before them a state stands still."""
+    transition, entry = hold([[0.0] * 3, [0.0, 0.0, 1.0 / size], [0.0, -size, 0.0]], [[0.0], [0.0], [size]], 0.7)
     cosine, sine = math.cos(0.7), math.sin(0.7)
-    assert transition[0] == pytest.approx([cosine, sine / size], rel=1e-15, abs=0.0)
-    assert transition[1] == pytest.approx([-sine * size, cosine], rel=1e-15, abs=0.0)
-    assert [row[0] for row in entry] == pytest.approx([1.0 - cosine, sine * size], rel=1e-15, abs=0.0)
+    assert transition[0] == [1.0, 0.0, 0.0]
+    assert transition[1] == pytest.approx([0.0, cosine, sine / size], rel=1e-15, abs=0.0)
+    assert transition[2] == pytest.approx([0.0, -sine * size, cosine], rel=1e-15, abs=0.0)
+    assert [row[0] for row in entry] == pytest.approx([0.0, 1.0 - cosine, sine * size], rel=1e-15, abs=0.0)
 
 
 def test_two_steps_are_one_of_twice_the_length() -> None:

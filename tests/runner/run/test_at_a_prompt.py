@@ -32,6 +32,7 @@ def test_traces_take_part_in_arithmetic(result: proofmass.Result) -> None:
 def test_what_a_prompt_shows_is_a_line(result: proofmass.Result) -> None:
     budget = proofmass.noise("library:closed_loop_accelerometer", "dac.code")
     margins = proofmass.margins("library:closed_loop_accelerometer")
-    for shown in map(repr, (result, result.graph, result["adc.code"], budget, margins)):
+    density = proofmass.spectrum(result["adc.code"])
+    for shown in map(repr, (result, result.graph, result["adc.code"], budget, margins, density)):
         assert len(shown) < 200
         assert "\n" not in shown

@@ -2,10 +2,11 @@
 
 from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
 
-from proofmass.runner.verification.proof_checker import ONE, FalseCertificateError, _check_ends, _holds
+from proofmass.runner.verification.proof_checker import ONE, FalseCertificateError, _check_ends, _factors, _holds
 
 GAIN = {"kind": "gain margin", "limit": 6.0, "factor": "gain"}  # 10^0.3 is 1.99526
 PHASE = {"kind": "phase margin", "limit": 60.0, "factor": "phase"}  # pi / 3 is 1.047198
@@ -78,3 +79,11 @@ def test_what_is_unknown_of_a_matrix_and_of_a_norm_add_up(middle: float, shorter
     largest = float(matrix[0, 0, 1] + matrix[1, 0, 1]) / float(ONE)
     assert (largest < 1.0) == shorter
     assert _holds(matrix, unit, (x, x @ unit), ONE, False, 2) == shorter
+
+
+def test_a_factor_lies_within_its_radius_of_the_rounded_one() -> None:
+    (found,) = _factors("phase", (0.7, 0.7), 1)
+    with mpmath.workdps(200):
+        c, s = mpmath.cos(mpmath.mpf(0.7)) * ONE, mpmath.sin(mpmath.mpf(0.7)) * ONE
+        apart = [abs(one - int(middle)) for one, middle in zip((c, -s, s, c), found[0].flat, strict=True)]
+        assert max(apart) <= found[1].min()

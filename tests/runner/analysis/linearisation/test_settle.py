@@ -26,7 +26,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.build import Graph
-from proofmass.runner.analysis.linearisation.forward import Course, Forward
+from proofmass.runner.analysis.linearisation.forward import Course, Forward, MachineCode
 from proofmass.runner.analysis.linearisation.settle import MOST, TOLERANCE, settled_tick
 from proofmass.runner.command_line import main
 from proofmass.runner.planning.plan import plan
@@ -205,6 +205,14 @@ def test_plain_python_hands_over_to_machine_code_between_two_ticks(monkeypatch: 
     both = run.to(3000, of=10**9)
     assert run.engine == "compiled"
     assert (both.states, both.wires, both.tick) == (plain.states, plain.wires, 3000)
+
+
+def test_of_many_short_parts_machine_code_is_asked_for_the_longest(monkeypatch: pytest.MonkeyPatch) -> None:
+    run, asked = Forward(plan(loop(10.0, Sine(frequency=3.0)))), list[int]()
+    monkeypatch.setattr(MachineCode, "pays", lambda _, ticks: asked.append(ticks))
+    for tick in (5, 10, 15, 30, 35):
+        run.to(tick)
+    assert asked == [5, 15]
 
 
 def test_a_run_that_fails_on_the_way_is_a_problem_with_its_place() -> None:

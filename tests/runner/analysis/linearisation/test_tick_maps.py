@@ -10,7 +10,7 @@ from proofmass import margins
 from proofmass.blocks import Constant, Difference, DiscreteIntegrator, Product, RepeatingSequence
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
-from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, maps_of_lifted
+from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, _by_values, maps_of_lifted
 from proofmass.runner.host.arrays import Array
 
 STATES = (("x", "first", -1), ("x", "second", -1), ("y", "state", -1))
@@ -47,6 +47,22 @@ def test_a_period_is_the_product_of_its_values(ticks: int) -> None:
     factors = np.array([0.1, 1.0, 5.0])
     expected = [math.log(max(abs(np.linalg.eigvals(maps.closed(STATES, factor))))) for factor in factors.tolist()]
     assert maps.growths(factors) == pytest.approx(expected, abs=1e-11)
+
+
+@pytest.mark.parametrize("pattern", ["110", "0110100", "01001010", "10100"])
+def test_ticks_without_a_value_of_the_wire_join_those_with_one(pattern: str) -> None:
+    """One tick after the other: x' = A x + B u, y = C x, with u and y where there is a value."""
+    dice, valued = np.random.default_rng(7), [digit == "1" for digit in pattern]
+    maps, now = 0.5 * dice.normal(size=(len(pattern), 3, 3)), dice.normal(size=2)
+    joined, expected, found = now, list[float](), list[float]()
+    for a, b, c, _ in zip(*_by_values(maps, valued), strict=True):
+        found.append(c @ joined)
+        joined = a @ joined + b
+    for tick, has in zip(maps, valued, strict=True):
+        expected += [tick[2, :2] @ now] * has
+        now = tick[:2, :2] @ now + tick[:2, 2] * has
+    assert found == pytest.approx(expected, rel=1e-12)
+    assert joined == pytest.approx(now, rel=1e-12)
 
 
 @pytest.mark.parametrize("ticks", [1, 2, 7, 8, 9, 31])

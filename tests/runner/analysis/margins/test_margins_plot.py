@@ -95,6 +95,16 @@ def test_four_panels_with_names() -> None:
     assert title == "main: gain margin 31.57 dB, phase margin 90.9°, delay margin 766.8 µs"
 
 
+@pytest.mark.parametrize("poles", [1, 2])
+def test_a_phase_of_one_or_two_integrators_is_seen_between_both(poles: int) -> None:
+    """It is -90 or -180 degrees at any frequency: its distance from -180 degrees is the margin."""
+    found = margins(servo(numerator=(1.0,), denominator=(1.0, *[0.0] * poles)), "error.output")
+    (panel,) = (axes for axes in plot_margins(found).axes if axes.get_ylabel() == "phase of L [deg]")
+    low, high = panel.get_ylim()
+    assert low < -180.0
+    assert high > -90.0
+
+
 def test_the_disk_of_a_nyquist_diagram_touches_the_curve_and_does_not_cut_it() -> None:
     (panel,) = (axes for axes in plot_margins(margins(GRAPH)).axes if axes.get_ylabel() == "imaginary part of L")
     of = {str(line.get_label()).partition(" margin ")[0]: line.get_xydata() for line in panel.lines}

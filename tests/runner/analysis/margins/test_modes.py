@@ -14,11 +14,15 @@ Z = flint.fmpz_poly([0, 1])
 NEAR = flint.fmpz_poly([2**80 + 1, -(2**81), 2**80])  # zeros 1 + j 2^-40 and 1 - j 2^-40
 REAL = (2**40 * (Z - 1) - 1) * (Z - 1) * 2**40  # zeros 1 + 2^-40 and 1
 SLOW = 4 * Z - 3
+TURNING = 5 * Z * Z - 6 * Z + 5  # zeros 0.6 + 0.8j and 0.6 - 0.8j
 
 
-@pytest.mark.parametrize(("above", "below"), [(NEAR, REAL), (REAL, NEAR), (NEAR, NEAR), (REAL, REAL + 1)])
+@pytest.mark.parametrize(
+    ("above", "below"),
+    [(NEAR, REAL), (REAL, NEAR), (NEAR, NEAR), (REAL, REAL + 1), (2**80 * TURNING, 2**80 * TURNING + 1)],
+)
 def test_pairs_and_single_zeros_next_to_each_other(above: Any, below: Any) -> None:
-    """z - 0.9 over (z - 0.5)(z - 0.75), times two zeros next to 1 in either, of which some are pairs of conjugates."""
+    """z - 0.9 over (z - 0.5)(z - 0.75), times two zeros on the circle in either, some of them pairs of conjugates."""
     numerator, denominator = above * (10 * Z - 9), below * (2 * Z - 1) * SLOW * 10
     closed = numerator + denominator
     entries = [int(c) / int(closed[4]) for c in closed.coeffs()]

@@ -86,6 +86,17 @@ def test_what_goes_one_way_between_loops_moves_no_margin_at_any_frequency() -> N
     assert found.margin == pytest.approx(min(found.alone), rel=1e-6)
 
 
+def test_a_picture_begins_a_decade_before_the_first_change() -> None:
+    """A pole at 1 - 1e-6 that hardly counts makes the sweep begin far below; half the rate is 500 Hz."""
+    a, b = np.diag([1.0, 1.0, 1.0 - 1e-6]), np.array([[0.3, 0.0], [0.0, 0.4], [1e-3, 0.0]])
+    c = np.array([[1.0, 0.0, 1e-6], [0.0, 1.0, 0.0]])
+    found = of_system(system_of(a, b, c, np.zeros((2, 2)), 1e-3), ["x", "y"], [1, 1])
+    first, last = plot_together(found).axes[0].get_xlim()
+    moved = np.abs(found.of_each / found.of_each[:, :1] - 1.0).max(axis=0) > 1e-3
+    assert first == pytest.approx(found.frequencies[moved][0] / 10.0, rel=0.05)
+    assert last == pytest.approx(500.0)
+
+
 @pytest.mark.exhaustive
 def test_its_factors_put_a_pole_on_the_circle_and_smaller_ones_do_not() -> None:
     found = margins_together(GRAPH)

@@ -8,11 +8,12 @@ import pytest
 
 from proofmass.runner.design.quantities.evaluator import STABLE
 from proofmass.runner.design.worst.search import Badness, BoxSearch, Side
+from proofmass.runner.host.progress import Progress
 
 Function = Callable[[float, float], tuple[float | None, float, float]]
 
 
-def search_of(function: Function, growth: Function | None = None) -> BoxSearch:
+def search_of(function: Function, growth: Function | None = None, progress: Progress | None = None) -> BoxSearch:
     """A search whose quantity is a function of x and y, which may have no value, with its derivatives."""
 
     def reading(of: Function, place: dict[str, float], slopes: bool) -> Any:
@@ -29,7 +30,7 @@ def search_of(function: Function, growth: Function | None = None) -> BoxSearch:
     box = SimpleNamespace(
         ranges=ranges, values=lambda key: dict(zip("xy", key, strict=True)), slopes=lambda *_: [{"x": 1.0}, {"y": 1.0}]
     )
-    return BoxSearch(SimpleNamespace(readings=readings), box, 1, None, None)  # type: ignore[arg-type]
+    return BoxSearch(SimpleNamespace(readings=readings), box, 3, progress, None)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])
@@ -46,6 +47,14 @@ def test_the_worst_place_is_inside(size: float, sign: float) -> None:
     worst = search.worst(side)
     assert worst.place == pytest.approx((0.3, -0.4), abs=1e-4)
     assert search.badness(worst, side) == Badness(False, pytest.approx(5.0 * size, rel=1e-6))
+
+
+def test_progress_is_out_of_the_places_expected_and_never_all_before_the_end() -> None:
+    told: list[tuple[int, int]] = []
+    search = search_of(lambda x, y: (x + y, 1.0, 1.0), progress=lambda done, of: told.append((done, of)))
+    for x in (0.0, 0.1, 0.2, 0.3):
+        search.at((x, 0.0))
+    assert told == [(1, 3), (2, 3), (3, 4), (4, 5)]
 
 
 def test_a_slope_ends_at_the_side_of_the_box() -> None:
