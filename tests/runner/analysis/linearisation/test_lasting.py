@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.linearisation.covariance import summed
+from proofmass.runner.analysis.linearisation.covariance import alike, summed
 from proofmass.runner.analysis.linearisation.lasting import Lasting, _invariant
 
 
@@ -51,6 +51,15 @@ def test_bases_to_the_right_and_to_the_left_belong_together() -> None:
     assert a @ right == pytest.approx(right @ part, abs=1e-12)
     assert left.T @ a == pytest.approx(part @ left.T, abs=1e-11)
     assert np.sort(np.linalg.eigvals(part).real) == pytest.approx([0.995, 1.0], abs=1e-12)
+
+
+def test_units_balance_states_but_not_by_what_is_less_than_rounding() -> None:
+    """Two states that turn into each other, in units far apart, and a third that they reach with 1e-40."""
+    units = np.array([1.0, 2.0**40, 1.0])
+    a = np.array([[0.5, 0.3, 0.2], [-0.3, 0.5, 0.1], [1e-40, 0.0, 0.4]]) * units[:, None] / units
+    found, _ = alike(a, np.diag(units))
+    assert np.abs(found[:2]).max() < 1.0
+    assert np.abs(found[0, 2]) > 0.1, "the third has about the unit of the others"
 
 
 @pytest.mark.defect("S864", before="a mean square of 4.6, or 1e103", after="2.818 of what does not wander")

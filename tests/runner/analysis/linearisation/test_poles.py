@@ -1,5 +1,7 @@
 """Vectors of poles: of matrices in parts that act on each other one way, against their definition."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,7 @@ from proofmass.runner.analysis.linearisation.poles import (
     parts_of,
     roots,
 )
+from proofmass.runner.analysis.linearisation.rational import transfer
 from proofmass.runner.host.arrays import Array
 
 
@@ -35,6 +38,16 @@ def test_vectors_of_every_pole(seed: int) -> None:
         assert abs(a @ right - complex(root) * right).max() < 1e-12 * abs(right).max()
         assert abs(left @ a - complex(root) * left).max() < 1e-12 * abs(left).max()
         assert max(abs(right)) == pytest.approx(1.0)
+
+
+def test_a_quotient_is_exact_where_units_of_states_would_lose_digits() -> None:
+    """b / (z - 1 / 2 - 1 / (z - 1 / 4)) at z = 2, of the least number b that is not a power of two."""
+    least = 3 * 5e-324
+    a = np.array([[0.5, 2.0**60], [2.0**-60, 0.25]])
+    found = transfer(a, np.array([least, 0.0]), np.array([1.0, 0.0]), 0.0)
+    assert found is not None
+    expected = Fraction(least) / (Fraction(3, 2) - 1 / Fraction(7, 4))
+    assert Fraction(int(found.numerator(2)), int(found.denominator(2))) == expected
 
 
 def test_numbers_of_twelve_bits_are_exact() -> None:

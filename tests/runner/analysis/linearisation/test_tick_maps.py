@@ -10,8 +10,11 @@ from proofmass import margins
 from proofmass.blocks import Constant, Difference, DiscreteIntegrator, Product, RepeatingSequence
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
+from proofmass.runner.analysis.linearisation import tick_maps
+from proofmass.runner.analysis.linearisation.period_map import period_map
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, _by_values, maps_of_lifted
 from proofmass.runner.host.arrays import Array
+from proofmass.runner.planning.plan import plan
 
 STATES = (("x", "first", -1), ("x", "second", -1), ("y", "state", -1))
 
@@ -132,6 +135,22 @@ def test_a_loop_whose_gain_follows_a_sequence(length: int, seed: int) -> None:
     assert found.system.per_period == length
     assert found.gain_margin == pytest.approx(limit, rel=1e-9)
     assert found.slowest[0].value.real == pytest.approx(np.prod(1.0 - 0.4 * weights), rel=1e-9, abs=1e-300)
+
+
+def test_a_period_whose_ticks_are_too_large_is_taken_as_a_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    """x' = x + T w u, y = -x, over 80 ticks."""
+    monkeypatch.setattr(tick_maps, "_MOST_ENTRIES", 0)
+    weights = np.random.default_rng(6).normal(size=80)
+    blocks = {"weights": RepeatingSequence(values=tuple(weights.tolist())), "error": Difference(), "product": Product()}
+    blocks |= {"integrator": DiscreteIntegrator(output_unit="1"), "zero": Constant(value=0.0)}
+    wires = ["weights.output -> product.second", "error.output -> product.first", "product.output -> integrator.input"]
+    wires += ["integrator.output -> error.second", "zero.output -> error.first"]
+    planned, node = plan(Graph(name="", rate="1 kHz", blocks=blocks, wires=wires)), ("error", "output")
+    a, b, c, d = period_map(planned, [node], [node], cut=True, span=80).parts()
+    assert a == pytest.approx(1.0)
+    assert b[0] == pytest.approx(1e-3 * weights)
+    assert c == pytest.approx(-1.0)
+    assert d == pytest.approx(-1e-3 * np.tril(np.tile(weights, (80, 1)), -1))
 
 
 def test_levels_are_crossed_with_a_direct_path() -> None:

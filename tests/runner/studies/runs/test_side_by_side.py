@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -118,6 +119,15 @@ def test_a_parameter_that_a_start_needs_is_settled_before(tmp_path: Path) -> Non
     study = study_of(tmp_path / "study.toml", text)
     assert SensorRuns(study, "compiled", 8).together.compiled.settled == {"total"}
     assert run_study(study, engine="compiled", lanes=8).digest == run_study(study, engine="python").digest
+
+
+@pytest.mark.parametrize(("ticks", "begun"), [(20, False), (21, True)])
+def test_a_measure_has_a_value_once_it_has_begun(study: Study, ticks: int, begun: bool) -> None:
+    """Both measures begin at 20 ms, with the tick of number 20."""
+    sensors = side_by_side.SideBySide(plan(replace(study.graph, probes=())), 1, ticks, 8, ["source.value"])
+    measured, able = sensors.measured({"source.value": np.full(8, 1.0)}, np.arange(8))
+    assert able.all()
+    assert np.isfinite(measured[:, 0]).all() == begun
 
 
 def test_an_interruption_ends_them(study: Study) -> None:
