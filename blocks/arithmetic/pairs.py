@@ -5,6 +5,8 @@ Mathematik 18 (1971). They hold because no engine contracts a product and a sum,
 Products must neither overflow nor underflow: factors below 2^996, products above 2^-960.
 """
 
+HALVING = 134217729.0  # 2^27 + 1: halves of 26 bits, with sign
+
 
 def exact_sum(a: float, b: float) -> tuple[float, float]:
     """The rounded sum, and what rounding took off it.
@@ -30,7 +32,7 @@ def exact_product(a: float, b: float) -> tuple[float, float]:
     (1.0, -4.930380657631324e-32)
     """
     product = a * b
-    spread_a, spread_b = 134217729.0 * a, 134217729.0 * b  # 2^27 + 1: halves of 26 bits, with sign
+    spread_a, spread_b = HALVING * a, HALVING * b
     high_a, high_b = spread_a - (spread_a - a), spread_b - (spread_b - b)
     low_a, low_b = a - high_a, b - high_b
     return product, low_a * low_b - (((product - high_a * high_b) - low_a * high_b) - high_a * low_b)

@@ -3,6 +3,8 @@
 import dataclasses
 import functools
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ from proofmass import margins, read_graph
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.margins.margins import Margins
-from proofmass.runner.analysis.margins.second_opinion import second_opinion
+from proofmass.runner.analysis.margins.second_opinion import _grid, second_opinion
 from proofmass.runner.analysis.margins.stability import margins_or_reasons
 from proofmass.runner.planning.plan import plan
 from tests.by_hand.amounts import chosen
@@ -80,3 +82,11 @@ def test_modes_that_the_loop_does_not_see_do_not_count() -> None:
     poles = abs(np.linalg.eigvals(found.system.map.parts()[0]))
     assert max(poles) >= 1.0 - 1e-12
     assert second_opinion(found).stable
+
+
+def test_a_grid_ends_after_the_first_crossovers_of_a_long_delay() -> None:
+    """It crosses at 1 Hz, 2 Hz and so on: those up to 8 Hz are looked for, and those from 40 Hz on are not."""
+    system = SimpleNamespace(poles=lambda: np.array([-1.0]), dt=0)
+    found: Any = SimpleNamespace(gain_crossovers=np.arange(1.0, 100.0), phase_crossovers=())
+    last = _grid(system, found)[-1] / (2.0 * math.pi)
+    assert 8.0 < last < 40.0

@@ -111,6 +111,7 @@ def test_responses_of_some_powers(monkeypatch: pytest.MonkeyPatch) -> None:
         assert found == pytest.approx(wanted[:most], rel=1e-12)
     monkeypatch.setattr(reach, "_NUMBERS", 3)
     assert [len(part) for part in responses(powers, entering, rows([3, 5]), 8)] == [3, 3, 2]
+    assert [part.size for part in responses(powers, entering, rows([3, 5], [1, 0]), 3)] == [2, 2, 2]
 
 
 def test_powers_end_where_they_are_small_or_grow() -> None:
