@@ -121,7 +121,7 @@ def _matrix(text: str, name: str) -> list[float]:
         hint = "write it as real, general or symmetric"
         raise Refusal(f"in row 1 {name} has a matrix that is {field} and {symmetry}", hint)
     body = [line.split() for line in lines[1:] if line.strip() and not line.startswith("%")]
-    sizes, entries = _sizes(body[:1], name), body[1:]
+    sizes, entries = _sizes(body[0] if body else (), 2 if layout == "array" else 3, name), body[1:]
     height, width = sizes[0], sizes[1]
     try:
         places = _places(height, width, symmetry) if layout == "array" else [_place(words) for words in entries]
@@ -140,11 +140,11 @@ def _matrix(text: str, name: str) -> list[float]:
     return matrix
 
 
-def _sizes(first: Sequence[Sequence[str]], name: str) -> list[int]:
+def _sizes(words: Sequence[str], count: int, name: str) -> list[int]:
     """Height, width, and the number of entries where they have places."""
-    sizes = [int(word) for words in first for word in words if word.isdecimal() and len(word) < 10]
-    if len(sizes) not in (2, 3) or not 0 < sizes[0] * sizes[1] <= LARGEST_LIST:
-        hint = "below its first row it says height and width"
+    sizes = [int(word) for word in words if word.isdecimal() and len(word) < 10]
+    if not len(sizes) == len(words) == count or not 0 < sizes[0] * sizes[1] <= LARGEST_LIST:
+        hint = "below its first row it says height and width" + ", and how many entries follow" * (count == 3)
         raise Refusal(f"{name} is a matrix whose size must lie between 1 and {LARGEST_LIST:,} numbers", hint)
     return sizes
 

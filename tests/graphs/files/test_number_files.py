@@ -126,6 +126,23 @@ def test_what_cannot_be_read_is_refused_at_its_line(tmp_path: Path, values: str,
     assert len(caught.value.problems) == 1
 
 
+@pytest.mark.defect("S855", before="read as 1 by 1, whatever else the row of sizes says", after="refused")
+@pytest.mark.parametrize(
+    "rest",
+    [
+        "array real general\n1 x 1\n5\n",
+        "array real general\n1 1 9\n5\n",
+        "coordinate real general\n1 1\n1 1 5\n",
+        "coordinate real general\n1 1 10000000001\n1 1 5\n",
+    ],
+)
+def test_a_matrix_has_the_sizes_of_its_layout(tmp_path: Path, rest: str) -> None:
+    """Matrix Market: height and width, and of one that is given by coordinates the number of entries."""
+    path = written(tmp_path, curve('{ file = "curve.csv" }'), curve_csv=f"%%MatrixMarket matrix {rest}")
+    with pytest.raises(ModelError, match="a matrix whose size"):
+        read_graph(path)
+
+
 def test_a_file_that_may_not_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path, opened = written(tmp_path, curve('{ file = "curve.csv" }'), curve_csv="1,2\n"), Path.open
 
