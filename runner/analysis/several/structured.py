@@ -70,7 +70,8 @@ def upper_bound(
         if value < best:
             best, at = value, point
             centre = point
-            radius *= 2.0 if at_edge else 1.0
+            if at_edge:
+                radius *= 2.0
         elif not at_edge:
             radius = max(radius * 0.7, 1e-9)
         if best - float(scales.fun) <= close and not at_edge:
