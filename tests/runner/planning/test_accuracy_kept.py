@@ -2,7 +2,6 @@
 
 import cmath
 import math
-import time
 from dataclasses import replace
 from typing import Any
 
@@ -146,7 +145,9 @@ def test_motion_along_a_jump_ends_with_a_sentence(method: str) -> None:
 @pytest.mark.defect("S621", before="200,000 switchings are counted of 10,000,000", after="a sentence in tick 0")
 @pytest.mark.parametrize(("limit", "events"), [("MOST_EVENTS", 100), ("CHATTER", 50)])
 def test_a_relay_that_chatters_ends_with_a_sentence(limit: str, events: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    due, asked = stepping._due, list[float]()
     monkeypatch.setattr(stepping, limit, events)
+    monkeypatch.setattr(stepping, "_due", lambda tick, time, x: asked.append(time) or due(tick, time, x))
     graph = Graph(
         name="chattering",
         rate="1 kHz",
@@ -154,11 +155,10 @@ def test_a_relay_that_chatters_ends_with_a_sentence(limit: str, events: int, mon
         wires=["relay.output -> x.input", "x.output -> relay.input"],
         probes=["relay.switchings"],
     )
-    began = time.process_time()
     with pytest.raises(RunError, match="in tick 0") as told:
         simulate(graph, samples=20, engine="python")
-    assert time.process_time() - began < 20.0, "the first events tell of the others"
     assert told.value.problem.key == "relay.distance"
     assert "events in a tick" in str(told.value)
+    assert len(asked) < 200 * events, "it ends by the first of them"
     slower = graph.with_parameters({"relay.lower": -1e-4, "relay.upper": 1e-4})
     assert simulate(slower, samples=20, engine="compiled")["relay.switchings"].values[-1] == 95
