@@ -13,6 +13,7 @@ from proofmass.blocks import (
     Gain,
     NumericallyControlledOscillator,
     Product,
+    Sum,
     WhiteNoise,
 )
 from proofmass.runner.analysis.noise.along_run import _lines
@@ -32,9 +33,13 @@ def lock_in() -> Graph:
         "amplitude": Gain(gain=GAIN, input_unit="s", output_unit="V"),
         "again": Product(first_unit="V"),
         "idle": Gain(),
+        "silent": WhiteNoise(unit="V"),
+        "nothing": Gain(gain=0.0, input_unit="V", output_unit="V"),
+        "all": Sum(unit="V"),
     }
     wires = [
-        "white.output -> missing.first", "again.output -> missing.second", "missing.output -> error.first",
+        "white.output -> all.first", "silent.output -> nothing.input", "nothing.output -> all.second",
+        "all.output -> missing.first", "again.output -> missing.second", "missing.output -> error.first",
         "carrier.sine -> error.second", "error.output -> sum.input", "sum.output -> amplitude.input",
         "amplitude.output -> again.first", "carrier.sine -> again.second", "carrier.sine -> idle.input",
     ]  # fmt: skip
