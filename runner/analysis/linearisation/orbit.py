@@ -129,12 +129,8 @@ class OrbitSearch:
             self._compared.change(first, self._run.map(look)) <= NOTED for look in apart
         ):
             return OrbitPoint(first, 1, later=(self._run.map(1),))  # differs in last digits
-        maps = dict[int, PeriodMap]()
         looks = {*(look for look in LOOKS if look == 1 or look * self._ticks <= MOST_COMPARED), *changes, *apart}
-        for look in sorted(looks, key=lambda look: (look != 1, -look)):  # most changed in the last
-            maps[look] = self._run.map(look)
-            if len(maps) == 2 and self._is_lost(first, maps):  # which spares the maps of many periods
-                break
+        maps = {look: self._run.map(look) for look in sorted(looks)}
         switched = [look for look in changes if look in maps and not self._same(first, maps[look])]
         closed = self._closed(first, (n for n in self._returns() if self._repeats(n, maps)), exactly=True)
         if closed is not None:
@@ -275,13 +271,6 @@ class OrbitSearch:
         if self._ends.cut or not switched or not all(self._same(first, of) for of in before.values()):
             return self._drift(first, maps, 1, first, maps[max(maps)])
         return max(self._compared.effect(first, maps[look], axis()) for look in switched)
-
-    def _is_lost(self, first: PeriodMap, maps: Mapping[int, PeriodMap]) -> bool:
-        """Return whether a period is refused, whatever other maps say: it has changed, and nothing comes back."""
-        if self._first == 0 or self._ends.cut or self._change(first, maps, [max(maps)]) <= FROZEN:
-            return False
-        back = (*self._returns(), *self._repetition(), *self._orbit().returns())
-        return not back and not any(True for _ in self._returns_of_maps(first, maps))
 
     def _horizon(self, first: PeriodMap) -> int:
         """Return the number of periods within which a switch of the whole loop would matter."""
