@@ -42,7 +42,7 @@ class FollowedSlopes(NamedTuple):
     entered: Truths
 
 
-class Room:
+class ReusedArrays:
     """Memory that calls write in one after the other: pages taken anew cost as much as what is written there."""
 
     def __init__(self) -> None:
@@ -57,7 +57,7 @@ class Room:
 
 
 def followed(
-    made: AnyArray, lanes: Indices, live: Truths, entering: AnyArray, if_moved: AnyArray, room: Room
+    made: AnyArray, lanes: Indices, live: Truths, entering: AnyArray, if_moved: AnyArray, reused: ReusedArrays
 ) -> FollowedSlopes:
     """Return the slopes of ticks by numbers that have some as a tick begins, and what enters in it.
 
@@ -70,7 +70,7 @@ def followed(
     now, lived, events = live.astype(np.int64), np.zeros(size, dtype=np.int64), np.zeros(entering.shape, dtype=np.int64)
     events[entering], events[if_moved] = _ENTERS, _IF_MOVED
     several = ticks * rows * (size + most) * LANES
-    places, values = [*room.array("places", (3, several), int)], room.array("values", (several,))
+    places, values = [*reused.array("places", (3, several), int)], reused.array("values", (several,))
     count, own = np.zeros(1, dtype=np.int64), np.zeros(rows * LANES, dtype=np.int64)
     given = [made, np.ascontiguousarray(lanes), events, own, now, lived, *places, values, count]
     _code()(ticks, rows, size, most, every, *(each.ctypes.data for each in given))

@@ -21,7 +21,7 @@ from proofmass.runner.program.events import CUT, MOST, OF_ONE_BIT, OF_STATE, TOL
 from proofmass.runner.program.slope_tick import AS_BEFORE, AT_REST, FIRST_EVENT, NONE, RENEWED, write_slopes
 from proofmass.runner.program.slots import FLOATS, INTEGERS, array_of
 from proofmass.runner.program.varying import ALL
-from proofmass.runner.targets.found_slopes import LANES, Found, Room, followed
+from proofmass.runner.targets.found_slopes import LANES, Found, ReusedArrays, followed
 from proofmass.runner.targets.lane_text import LanesOf
 from proofmass.runner.targets.machine_code import Settings, load_lanes
 from proofmass.runner.targets.native import BegunNumbers, CompiledLoop, CompiledPlan
@@ -114,7 +114,7 @@ class SlopesInCode(CompiledLoop):
         self._wanted = np.append(self._live, np.zeros(most, dtype=bool))  # numbers and events whose directions are run
         self._renewing = np.zeros(len(self._wanted), dtype=bool)  # which of these may move matrices
         self._chunk = 1  # ticks at once, until it is known which directions are wanted
-        self._room = Room()
+        self._reused = ReusedArrays()
 
     def _state_of_events(self) -> AnyArray:
         """Return the state of events: no deviate has a value."""
@@ -178,7 +178,7 @@ class SlopesInCode(CompiledLoop):
             made, lanes, counts, told = self._in_directions(until)
             moving, more = made[:, :, -1] != 0.0, int(counts.max()) - self._most
             entering, if_moved = self._entering(counts, told)
-            found, lived, live, entered = followed(made, lanes, self._live, entering, if_moved, self._room)
+            found, lived, live, entered = followed(made, lanes, self._live, entering, if_moved, self._reused)
             needed = np.append(lived, (entering | if_moved).any(axis=0)) & ~self._wanted
             moved = np.zeros((len(made), len(self._wanted) + 1), dtype=bool)
             moved[:, lanes] = moving
@@ -241,7 +241,7 @@ class SlopesInCode(CompiledLoop):
         matrices = np.array([AS_BEFORE] * rows[0] + [RENEWED] * rows[1])
         matrices[0] = AT_REST  # after the last row of the tick before
         ticks, width = until - self.tick, len(self._wanted) + 1
-        made = self._room.array("made", (ticks, sum(rows), width, LANES))
+        made = self._reused.array("made", (ticks, sum(rows), width, LANES))
         told = np.zeros((ticks, 1 + self._most * TOLD))
         given = directions.ctypes.data, matrices.ctypes.data, sum(rows), self._most, made.ctypes.data, told.ctypes.data
         self._loop(self.tick, until, self.seed, self.run, *self._addresses, *given)

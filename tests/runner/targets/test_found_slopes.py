@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from proofmass.runner.targets.found_slopes import LANES, Room, followed
+from proofmass.runner.targets.found_slopes import LANES, ReusedArrays, followed
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -20,7 +20,7 @@ def test_random_ticks(seed: int) -> None:
     entering, live = draw.random((ticks, most)) < 0.3, draw.random(size) < 0.2
     if_moved = ~entering & (draw.random((ticks, most)) < 0.5)
 
-    found, lived, after, entered = followed(made, lanes, live, entering, if_moved, Room())
+    found, lived, after, entered = followed(made, lanes, live, entering, if_moved, ReusedArrays())
 
     now, ever, expected = {*np.flatnonzero(live)}, set[int](), list[tuple[int, int, int, float]]()
     for tick in range(ticks):
