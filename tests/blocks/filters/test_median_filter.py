@@ -24,6 +24,7 @@ def test_a_spike_vanishes_and_an_edge_stays() -> None:
     assert response(MedianFilter(length=5), u, "median") == [0.0] * 14 + [1.0] * 4
 
 
-def test_an_even_length_is_refused() -> None:
+@pytest.mark.parametrize("length", [2, 4])
+def test_an_even_length_is_refused(length: int) -> None:
     with pytest.raises(ModelError, match="an odd number"):
-        MedianFilter(length=4)
+        MedianFilter(length=length)

@@ -327,7 +327,7 @@ def test_what_holds_under_slow_change_holds_for_parameters_that_stay(slow: Proof
         ("1 %", "is not a rate of change"),
         ("1 V/s", "is not a rate of change"),
         ("fast", "is not a rate of change"),
-        ("0 %/s", "is not a rate above zero"),
+        ("0 %/s", 'is not a rate above zero(.|\\n)*"1 %/s"'),
         ("-1 %/s", "is not a rate above zero"),
         ([1.0], "is not a rate of change"),
         ({"gain.gai": "1 %/s"}, "did you mean gain.gain"),

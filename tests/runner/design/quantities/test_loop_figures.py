@@ -65,6 +65,16 @@ def test_slopes_of_margins_are_exact() -> None:
         assert found.slopes == {"gain": pytest.approx(slope, rel=1e-12)}, figure
 
 
+def test_the_slope_of_a_margin_downwards() -> None:
+    """K / (s / 10 - 1) is stable above K = 1."""
+    gain = 3.0
+    matrix, by_gain = np.array([[10.0, 10.0, 0.0], [-gain, 0.0, 0.0]]), np.array([[0.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
+    loop = OpenLoop(PeriodMap((("plant", "x", -1),), WIRE, WIRE, matrix, {"gain": by_gain}, 0.0), continuous=True)
+    found = read_figure(margins_of(loop, "main", "plant.output"), loop, "gain_margin", {"gain": gain})
+    assert found.value == pytest.approx(20.0 * math.log10(gain), rel=1e-12)
+    assert found.slopes == {"gain": pytest.approx(20.0 / math.log(10.0) / gain, rel=1e-9)}
+
+
 def test_the_slope_of_a_sensitivity_that_is_largest_at_rest() -> None:
     """L = -0.5 / (s / 10 + 1): |S| = 1 / (1 - 0.5) at rest, where the integral beside it is infinite."""
     loop = lags(-0.5, 1, aside=1)
