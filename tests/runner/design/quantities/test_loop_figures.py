@@ -66,12 +66,16 @@ def test_slopes_of_margins_are_exact() -> None:
 
 
 def test_the_slope_of_a_margin_downwards() -> None:
-    """K / (s / 10 - 1) is stable above K = 1."""
+    """K (s / 10 + 1)^2 / (s / 10)^3 is stable above K = 1 / 2: it is -2 K at 10 rad/s."""
     gain = 3.0
-    matrix, by_gain = np.array([[10.0, 10.0, 0.0], [-gain, 0.0, 0.0]]), np.array([[0.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
-    loop = OpenLoop(PeriodMap((("plant", "x", -1),), WIRE, WIRE, matrix, {"gain": by_gain}, 0.0), continuous=True)
+    matrix, by_gain = np.zeros((4, 5)), np.zeros((4, 5))
+    matrix[:3] = 10.0 * np.array([[0, 0, 0, 1, 0], [1, 0, 0, 0, 0], [0, 1, 0, 0, 0]])
+    by_gain[3, :3] = -1.0, -2.0, -1.0
+    states = tuple(("plant", f"x{number}", -1) for number in range(3))
+    moved = PeriodMap(states, WIRE, WIRE, matrix + gain * by_gain, {"gain": by_gain}, 0.0)
+    loop = OpenLoop(moved, continuous=True)
     found = read_figure(margins_of(loop, "main", "plant.output"), loop, "gain_margin", {"gain": gain})
-    assert found.value == pytest.approx(20.0 * math.log10(gain), rel=1e-12)
+    assert found.value == pytest.approx(20.0 * math.log10(2.0 * gain), rel=1e-12)
     assert found.slopes == {"gain": pytest.approx(20.0 / math.log(10.0) / gain, rel=1e-9)}
 
 
