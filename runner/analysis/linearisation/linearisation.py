@@ -26,6 +26,7 @@ from proofmass.graphs.model.rates import read_duration
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group, analog_map, analog_map_at
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Course, Onward
+from proofmass.runner.analysis.linearisation.growth import makes_growth, starts_up
 from proofmass.runner.analysis.linearisation.left_points import LONGEST, is_left
 from proofmass.runner.analysis.linearisation.map_blocks import MOST_VALUES, coarse_blocks, too_many
 from proofmass.runner.analysis.linearisation.map_changes import variation
@@ -35,12 +36,10 @@ from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import FROZEN, STARTS_UP, OrbitPoint, OrbitSearch, turning
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.periodic import OperatingPoint, PeriodicPoint, periodic_point
-from proofmass.runner.analysis.linearisation.poles import judged
 from proofmass.runner.analysis.linearisation.seeds import PointSlopes
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.analysis.linearisation.steady_state import slopes_at_rest, slopes_near_start
 from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy
-from proofmass.runner.host.arrays import Complex
 from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.memory import Memory
@@ -49,8 +48,6 @@ from proofmass.runner.plan.planned import Plan
 At = str | float | Fraction
 _Answer = TypeVar("_Answer")
 _FIXED = "derivatives take the operating point as fixed: it is not at rest"
-_MOVED = 1e-7  # part of itself by which a loop moves a pole of its own
-_GROWS = 1e-9  # by which a pole may lie outside the unit circle before a loop counts as starting up
 
 
 @dataclass(frozen=True)
@@ -267,12 +264,12 @@ class OperatingPoints:
                 return system
 
         def ask(about: Linearisation) -> tuple[Linearisation, OpenLoop]:
-            bounded = bool(starting) and about.at != SETTLED and _makes_growth(starting[0][1])
+            bounded = bool(starting) and about.at != SETTLED and makes_growth(starting[0][1])
             found = starting[0] if bounded else (about, loop(about))
-            if self.at == AUTO and not bounded and not _starts_up(found[1]) and self._leaves(*found, node):
+            if self.at == AUTO and not bounded and not starts_up(found[1]) and self._leaves(*found, node):
                 whole = replace(found[1].map, starting=True, notes=(STARTS_UP,))
                 found = about, replace(found[1], map=whole)
-            if self.at == AUTO and not bounded and _starts_up(found[1]):
+            if self.at == AUTO and not bounded and starts_up(found[1]):
                 starting.append(found)
                 raise self.plan.graph.placed(no_gain(node)).error
             return found
@@ -354,29 +351,6 @@ _WAYS = (AUTO, SETTLED, PERIODIC)
 def _after(told: str) -> str:
     """Return the note on a point that is taken since the run leaves an earlier one."""
     return f"the run leaves its start, where this is another: this is about {told}"
-
-
-def _starts_up(system: OpenLoop) -> bool:
-    """Return whether a loop changes after its operating point, or surely grows away from it."""
-    if system.map.starting or not len(_growing(system)):
-        return system.map.starting
-    verdict, _ = judged(np.real(system.closed()), not system.continuous, system.variation, system.ticks)
-    return verdict == "unstable"
-
-
-def _makes_growth(system: OpenLoop) -> bool:
-    """Return whether a loop makes growth itself, at a point where it stays: a pole it moves.
-
-    Others are those of something else that begins there, such as an oscillator.
-    """
-    growing = _growing(system)
-    apart = np.abs(growing[:, None] - system.open_poles[None, :]).min(axis=1, initial=np.inf)
-    return not system.map.starting and bool((apart > _MOVED * np.abs(growing)).any())
-
-
-def _growing(system: OpenLoop) -> Complex:
-    poles = system.poles
-    return poles[(poles.real if system.continuous else np.abs(poles) - 1.0) > _GROWS]
 
 
 def tick_of_time(plan: Plan, at: At) -> int:
