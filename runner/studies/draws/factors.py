@@ -24,6 +24,7 @@ from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.studies.draws.drawn_table import DrawnTable
 
 CHANGE = "change of "
+_ROUNDINGS = 2.0**-50  # of a value, relative: a change that is the same for all sensors differs by so much
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,8 @@ class Drawn:
         """Return the factors at an epoch that differ between runs."""
         since = self.since(epoch)
         columns, units = dict[str, AnyArray](), dict[str, str]()
-        for name, unit, values in self._columns(epoch, since):
-            if values.size and np.ptp(values) > 0.0:
+        for name, unit, values, rounding in self._columns(epoch, since):
+            if values.size and np.ptp(values) > rounding:
                 columns[name], units[name] = values, unit
         return Factors(columns, units)
 
@@ -59,10 +60,11 @@ class Drawn:
             lasts.append(max((before for before in range(epoch) if calibrated[before]), default=0))
         return np.asarray(np.array(lasts)[self.runs % intervals])
 
-    def _columns(self, epoch: int, since: AnyArray) -> Iterator[tuple[str, str, AnyArray]]:
+    def _columns(self, epoch: int, since: AnyArray) -> Iterator[tuple[str, str, AnyArray, float]]:
         for column in self.table.parameters:
             values = self.table[column]
             before = values[np.arange(len(self.runs)), since]
-            yield column.name, column.unit, before
+            yield column.name, column.unit, before, 0.0
             if column.parameter in self.study.drift:
-                yield CHANGE + column.name, column.unit, values[:, epoch] - before
+                rounding = _ROUNDINGS * float(np.max(np.abs(values[:, epoch]), initial=0.0))
+                yield CHANGE + column.name, column.unit, values[:, epoch] - before, rounding

@@ -111,6 +111,18 @@ def test_at_the_first_epoch_the_values_explain_it(result: StudyResult) -> None:
     assert rows_of(result, 2.0 * YEAR, 15, "kept")["a.value"]["slope"] == pytest.approx(2.0, rel=1e-9)
 
 
+@pytest.mark.defect("S852", before="the rounding of a ramp has an influence, with a slope of 4e11", after="no factor")
+def test_a_change_that_all_sensors_have_in_common_is_no_factor() -> None:
+    study = Study(
+        read_study_text(CALIBRATED).graph,
+        runs=50,
+        spread={"a.value": {"normal": 0.1}, "b.value": {"normal": 0.1}},
+        epochs={"ages": ["0 h", "1 year"]},
+        drift={"a.value": {"logarithmic": 0.1, "onset": "1 year"}},
+    )
+    assert {row["factor"] for row in StudyInfluences(run_study(study)).rows()} == {"a.value", "b.value"}
+
+
 def test_a_drift_without_spread_of_its_own_is_one_factor_with_the_value() -> None:
     study = Study(
         read_study_text(CALIBRATED).graph,
