@@ -6,6 +6,9 @@ wire. So a pole exp(j theta) on the unit circle is one that a factor exp(-j phi)
 theta = phi but for whole turns. All such pairs are found for each r. As q grows past phi / theta
 the pole leaves the circle, to the side to which it leaves it as phi grows: the unstable poles of
 each q are counted.
+
+Where no value of a period depends on an earlier one of it, as behind a demodulator or a decimator,
+no register is needed: the late values follow from the states of this period and of the last one.
 """
 
 import math
@@ -18,9 +21,10 @@ from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.tick_maps import others
 from proofmass.runner.host.arrays import Array, Complex
 
-MOST_VALUES = 24  # in a period of any delay; beyond it, delays up to `COUNTED` values
-COUNTED = 64  # values
-_TURNS = 360  # of the circle
+_MOST_VALUES = 24  # in a period of any delay; beyond it, delays up to `_COUNTED` values
+_MOST_ENTRIES = 20_000  # of matrices for a turn, where no value depends on an earlier one: a period of any delay too
+_COUNTED = 64  # values
+_TURNS = 180  # of half the circle
 _HALVED = 48  # times that a step of it is
 _OUTSIDE = 1.0 + 1e-12
 _TRIED = 64  # turns of a pole
@@ -31,14 +35,13 @@ _Parts = tuple[Array, Array, Array, Array]
 
 def delay_margin(system: OpenLoop) -> float | None:
     """Seconds of whole values of the wire before the first that makes the loop unstable; None if none does."""
-    values = system.per_period
-    last = values if values <= MOST_VALUES else COUNTED + 1
-    for late in range(1, last):
+    values, counted = system.per_period, _counted(system)
+    for late in range(1, values if counted is None else counted + 1):
         poles = _poles(_delayed(system.matrices, late), np.zeros(1))
         if np.max(np.abs(poles), initial=0.0) >= _OUTSIDE:
             return (late - 1) * system.sample
-    if values > MOST_VALUES:
-        return COUNTED * system.sample
+    if counted is not None:
+        return counted * system.sample
     periods = [_first_unstable(_delayed(system.matrices, late)) for late in range(values)]
     found = [late + values * number for late, number in enumerate(periods) if number is not None]
     return (min(found) - 1) * system.sample if found else None
@@ -46,16 +49,28 @@ def delay_margin(system: OpenLoop) -> float | None:
 
 def only_counted(system: OpenLoop, delay: float) -> bool:
     """Return whether a delay margin is where the counting ended."""
-    return system.per_period > MOST_VALUES and delay == COUNTED * system.sample
+    counted = _counted(system)
+    return counted is not None and delay == counted * system.sample
+
+
+def _counted(system: OpenLoop) -> int | None:
+    """Return the values to which delays are counted one by one; None where any delay is looked at."""
+    entries = system.per_period * (2 * len(system.matrices[0])) ** 2
+    few = entries <= _MOST_ENTRIES and not system.matrices[3].any()
+    return None if few or system.per_period <= _MOST_VALUES else _COUNTED
 
 
 def _delayed(parts: _Parts, late: int) -> _Parts:
-    """Return a lifted loop with its wire late by some values, with a register for each."""
+    """Return a lifted loop with its wire late by some values."""
     a, b, c, d = parts
     n, p = len(a), len(d)
     if late > p:
         return _delayed(_delayed(parts, p), late - p)
     kept = p - late
+    if n < late and not d.any():
+        now, before = b[:, late:] @ c[:kept], b[:, :late] @ c[kept:]
+        lasting = np.block([[a, np.zeros((n, n))], [np.eye(n), np.zeros((n, n))]])
+        return lasting, np.eye(2 * n, n), np.hstack([now, before]), np.zeros((n, n))
     return (
         np.block([[a, np.zeros((n, late))], [c[kept:], np.zeros((late, late))]]),
         np.vstack([b, d[kept:]]),
@@ -88,32 +103,38 @@ def _first_unstable(parts: _Parts) -> int | None:
 
 
 def _on_circle(parts: _Parts) -> list[tuple[float, float, float]]:
-    """Return turns at the wire, the angle of the pole in the upper half that each puts on the circle, and its way."""
-    grid = np.linspace(0.0, 2.0 * math.pi, _TURNS + 1)
+    """Return turns at the wire, the angle of the pole in the upper half that each puts on the circle, and its way.
+
+    The turn back puts the conjugate pole there. All poles outside the circle count: a turn by pi
+    takes real ones from one half to the other.
+    """
+    grid = np.linspace(0.0, math.pi, _TURNS + 1)
     (any_turn,) = _poles(parts, np.array([_ANY]))
     still = any_turn[np.abs(np.abs(any_turn) - 1.0) < _STILL].tolist()  # whatever the wire does
-    counts = [len(_outside(poles, still)) for poles in _poles(parts, grid)]
+    counts = [_outside(poles, still) for poles in _poles(parts, grid)]
     pairs = list[tuple[float, float, float]]()
-    for (low, high), (before, after) in zip(pairwise(grid.tolist()), pairwise(counts), strict=True):
-        if before != after:
-            turn, pole = _crossing(parts, still, low, high, before)
-            angle = float(np.angle(pole))
-            if angle > 0.0:
-                pairs.append((turn, angle, math.copysign(1.0, after - before)))
+    for (turn, high), (count, last) in zip(pairwise(grid.tolist()), pairwise(counts), strict=True):
+        while count != last and turn < high:
+            before = count
+            turn, pole, count = _crossing(parts, still, turn, high, before)
+            angle, way = float(np.angle(pole)), math.copysign(1.0, count - before)
+            pairs.append((turn, angle, way) if angle > 0.0 else (2.0 * math.pi - turn, -angle, -way))
     return pairs
 
 
-def _outside(poles: Complex, still: Sequence[complex]) -> Complex:
-    """Return the poles outside the circle, one of each pair, without those that nothing moves."""
-    moving: Complex = others(poles, still)
-    return np.asarray(moving[(np.abs(moving) > 1.0) & (moving.imag >= 0.0)])
+def _outside(poles: Complex, still: Sequence[complex]) -> int:
+    """Return how many poles lie outside the circle, without those that nothing moves."""
+    return int(np.sum(np.abs(others(poles, still)) > 1.0))
 
 
-def _crossing(parts: _Parts, still: Sequence[complex], low: float, high: float, before: int) -> tuple[float, complex]:
-    """Return the turn at which the number of poles outside changes first, and the pole on the circle there."""
+def _crossing(
+    parts: _Parts, still: Sequence[complex], low: float, high: float, before: int
+) -> tuple[float, complex, int]:
+    """Return the turn at which the number of poles outside changes first, the pole on the circle there, and
+    the number."""
     for _ in range(_HALVED):
         middle = 0.5 * (low + high)
-        outside = len(_outside(_poles(parts, np.array([middle]))[0], still))
+        outside = _outside(_poles(parts, np.array([middle]))[0], still)
         low, high = (middle, high) if outside == before else (low, middle)
     poles = others(_poles(parts, np.array([high]))[0], still)
-    return high, complex(poles[np.argmin(np.abs(np.abs(poles) - 1.0))])
+    return high, complex(poles[np.argmin(np.abs(np.abs(poles) - 1.0))]), _outside(poles, ())

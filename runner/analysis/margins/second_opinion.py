@@ -65,9 +65,6 @@ def second_opinion(margins: Margins) -> SecondOpinion:
     >>> print(second_opinion(margins(read_graph("library:closed_loop_accelerometer"))))
     python-control agrees on main: stable, 31.57 dB, 90.89 deg
     """
-    # start-up time: control takes 0.9 s
-    import control
-
     loop = margins.loop
     if margins.system.per_period > 1:
         return SecondOpinion(loop, reason=f"a period holds {margins.system.per_period:,} values of the wire")
@@ -76,6 +73,9 @@ def second_opinion(margins: Margins) -> SecondOpinion:
     states = len(margins.system.map.states)
     if states > _MOST_STATES:
         return SecondOpinion(loop, reason=f"it would take long to find {states:,} poles")
+    # start-up time: control takes 0.9 s
+    import control
+
     system = to_control(margins.system.map, negated=True)
     closed: Any = control.feedback(system, 1)
     stable = _stable(closed.poles() if states else [], margins)

@@ -1,11 +1,20 @@
-"""Delay margins of loops with two values of the wire in a period, in closed form."""
+"""Delay margins of loops with several values of the wire in a period, in closed form."""
 
 import math
 
+import numpy as np
 import pytest
 
 import proofmass
-from proofmass.blocks import Constant, Difference, DiscreteTransferFunction, Product, RepeatingSequence
+from proofmass.blocks import (
+    Constant,
+    Decimator,
+    Difference,
+    DiscreteIntegrator,
+    DiscreteTransferFunction,
+    Product,
+    RepeatingSequence,
+)
 from proofmass.graphs.model.build import Graph
 
 
@@ -45,3 +54,42 @@ def test_an_integrator_of_small_gains(low: float) -> None:
     assert found.delay_margin is not None
     assert found.delay_margin == pytest.approx(1e-3 * delay, abs=1.1e-3)
     assert delay > 100.0
+
+
+RATIO = 30  # values of the wire in a period
+
+
+@pytest.mark.defect("H866", before="64 ms or more, of each", after="the largest delay that is stable")
+@pytest.mark.parametrize("gain", [0.3, pytest.param(0.06, marks=pytest.mark.exhaustive)])
+def test_a_ramp_that_a_mean_of_it_turns_once_in_thirty_values(gain: float) -> None:
+    """y moves by s = -g u / 30 a tick, and u is the mean of y over a period of 30.
+
+    Of a mean over 30 values that are r + 30 q late, r are those of a period before the others. So
+
+    z^(q+2) (z - 1) + g ((1 - r / 30) z + r / 30) + g / 30 (z - 1) (m z + l) = 0
+
+    with m and l the sums of k / 30 below 30 - r and from there on: what s has moved y by.
+    """
+    graph = Graph(
+        name="a ramp and its mean",
+        rate="1 kHz",
+        blocks={
+            "y": DiscreteIntegrator(gain=-1e3 * gain / RATIO, output_unit="1", input_unit="1"),
+            "mean": Decimator(ratio=RATIO),
+        },
+        wires=["y.output -> mean.input", "mean.mean -> y.input"],
+        loops={"main": {"open_at": "y.output"}},
+    )
+
+    def grows(late: int) -> bool:
+        periods, rest = divmod(late, RATIO)
+        ramp = np.arange(RATIO) / RATIO
+        of_mean = gain * np.array([1.0 - rest / RATIO, rest / RATIO])
+        of_ramp = gain / RATIO * np.array([np.sum(ramp[: RATIO - rest]), np.sum(ramp[RATIO - rest :])])
+        late_values = np.polyadd(of_mean, np.polymul([1.0, -1.0], of_ramp))
+        poles = np.roots(np.polyadd([1.0, -1.0, *[0.0] * (periods + 2)], late_values))
+        return float(np.max(np.abs(poles))) > 1.0
+
+    first = next(late for late in range(1, 10_000) if grows(late))
+    assert first > 100
+    assert proofmass.margins(graph).delay_margin == pytest.approx(1e-3 * (first - 1))
