@@ -236,11 +236,17 @@ class _Loop:
             min((f for f in factors if f > 1.0), default=None) if stable else None,
             max((f for f in factors if f < 1.0), default=None) if stable else None,
             min((float(abs(lag)) for lag, _ in lags), default=None),
-            min((float((lag % (2 * mpmath.pi)) / w) for lag, w in lags), default=None),
+            min([*(float((lag % (2 * mpmath.pi)) / w) for lag, w in lags), *self._one_more_sample()], default=None),
             2.0 / self._peak(_less(bottom, top), closed),
             self._peak(bottom, closed),
             self._stable_gains(factors),
         )
+
+    def _one_more_sample(self) -> list[float]:
+        """Return the time of one more sample if the loop is unstable with it: z D + N."""
+        if self.rate is None or self._outside(_sum([0, *self.numerator], [*self.denominator, 0])) < 0.0:
+            return []
+        return [1.0 / self.rate]
 
     def _stable_gains(self, factors: list[float]) -> list[tuple[float, float]]:
         intervals = []

@@ -7,8 +7,8 @@ theta = phi but for whole turns. All such pairs are found for each r. As q grows
 the pole leaves the circle, to the side to which it leaves it as phi grows: the unstable poles of
 each q are counted.
 
-Where no value of a period depends on an earlier one of it, as behind a demodulator or a decimator,
-no register is needed: the late values follow from the states of this period and of the last one.
+Where no value of a period depends on an earlier one of it, as behind a demodulator or an average,
+no register is needed, and the pairs are those of `LateValues`.
 """
 
 import math
@@ -19,11 +19,11 @@ import numpy as np
 
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.tick_maps import others
+from proofmass.runner.analysis.margins.late_values import HALF_TURN, LateValues, CircleCrossing, at_half_turn
 from proofmass.runner.host.arrays import Array, Complex
 
-_MOST_VALUES = 24  # in a period of any delay; beyond it, delays up to `_COUNTED` values
-_MOST_ENTRIES = 20_000  # of matrices for a turn, where no value depends on an earlier one: a period of any delay too
-_COUNTED = 64  # values
+_MOST_VALUES = 24  # in a period of any delay, where they depend on each other
+_COUNTED = 64  # values of longer periods
 _TURNS = 180  # of half the circle
 _HALVED = 48  # times that a step of it is
 _OUTSIDE = 1.0 + 1e-12
@@ -35,29 +35,27 @@ _Parts = tuple[Array, Array, Array, Array]
 
 def delay_margin(system: OpenLoop) -> float | None:
     """Seconds of whole values of the wire before the first that makes the loop unstable; None if none does."""
-    values, counted = system.per_period, _counted(system)
-    for late in range(1, values if counted is None else counted + 1):
+    values, apart = system.per_period, LateValues.of(system)
+    counted = _is_counted(system, apart)
+    for late in range(1, _COUNTED + 1 if counted else values):
         poles = _poles(_delayed(system.matrices, late), np.zeros(1))
         if np.max(np.abs(poles), initial=0.0) >= _OUTSIDE:
             return (late - 1) * system.sample
-    if counted is not None:
-        return counted * system.sample
-    periods = [_first_unstable(_delayed(system.matrices, late)) for late in range(values)]
+    if counted:
+        return _COUNTED * system.sample
+    turned = (_on_circle(_delayed(system.matrices, late)) for late in range(values))
+    periods = map(_first_unstable, turned if apart is None else apart.on_circle())
     found = [late + values * number for late, number in enumerate(periods) if number is not None]
     return (min(found) - 1) * system.sample if found else None
 
 
 def only_counted(system: OpenLoop, delay: float) -> bool:
     """Return whether a delay margin is where the counting ended."""
-    counted = _counted(system)
-    return counted is not None and delay == counted * system.sample
+    return delay == _COUNTED * system.sample and _is_counted(system, LateValues.of(system))
 
 
-def _counted(system: OpenLoop) -> int | None:
-    """Return the values to which delays are counted one by one; None where any delay is looked at."""
-    entries = system.per_period * (2 * len(system.matrices[0])) ** 2
-    few = entries <= _MOST_ENTRIES and not system.matrices[3].any()
-    return None if few or system.per_period <= _MOST_VALUES else _COUNTED
+def _is_counted(system: OpenLoop, apart: LateValues | None) -> bool:
+    return apart is None and system.per_period > _MOST_VALUES
 
 
 def _delayed(parts: _Parts, late: int) -> _Parts:
@@ -89,30 +87,29 @@ def _poles(parts: _Parts, turns: Array) -> Complex:
     return np.asarray(np.linalg.eigvals(a - factors[:, :, None] * (b @ values)), dtype=complex)
 
 
-def _first_unstable(parts: _Parts) -> int | None:
+def _first_unstable(pairs: Sequence[CircleCrossing]) -> int | None:
     """Return the least number of whole periods that makes a stable loop unstable."""
-    pairs = _on_circle(parts)
-    turns, angles, ways = np.array(pairs).reshape(-1, 3).T
+    turns, angles, ways = np.array(pairs).reshape(-1, 3).T / [[2.0 * math.pi], [2.0 * math.pi], [1.0]]
     out = np.flatnonzero(ways > 0.0)
-    tried = np.ceil((turns[out, None] + 2.0 * math.pi * np.arange(_TRIED)) / angles[out, None])
+    tried = np.ceil((turns[out, None] + np.arange(_TRIED)) / angles[out, None])
     for number in np.unique(np.maximum(tried, 1.0)):
-        crossed = np.floor((number * angles - turns) / (2.0 * math.pi)) + 1.0
+        crossed = np.floor(number * angles - turns) + 1.0
         if np.sum(ways * np.maximum(crossed, 0.0)) > 0.0:
             return int(number)
     return None
 
 
-def _on_circle(parts: _Parts) -> list[tuple[float, float, float]]:
-    """Return turns at the wire, the angle of the pole in the upper half that each puts on the circle, and its way.
+def _on_circle(parts: _Parts) -> list[CircleCrossing]:
+    """Return turns at the wire that put a pole on the circle.
 
-    The turn back puts the conjugate pole there. All poles outside the circle count: a turn by pi
-    takes real ones from one half to the other.
+    The turn back puts the conjugate pole there.
     """
     grid = np.linspace(0.0, math.pi, _TURNS + 1)
     (any_turn,) = _poles(parts, np.array([_ANY]))
     still = any_turn[np.abs(np.abs(any_turn) - 1.0) < _STILL].tolist()  # whatever the wire does
     counts = [_outside(poles, still) for poles in _poles(parts, grid)]
-    pairs = list[tuple[float, float, float]]()
+    a, b, c, d = parts
+    pairs = at_half_turn(np.linalg.eigvals(c @ np.linalg.solve(HALF_TURN * np.eye(len(a)) - a, b) + d))
     for (turn, high), (count, last) in zip(pairwise(grid.tolist()), pairwise(counts), strict=True):
         while count != last and turn < high:
             before = count

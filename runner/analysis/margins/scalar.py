@@ -42,7 +42,7 @@ def figures_of(axis: Axis, period: float, stable: bool) -> Figures:
     up = min((limit for limit in limits if limit.factor > 1.0), default=None)
     down = max((limit for limit in limits if limit.factor < 1.0), default=None)
     turn = min(gains, key=lambda c: abs(c.lag), default=None)
-    late, delay = _delay_margin(axis, gains)
+    late = _delay_margin(axis, gains)
     fall = axis.fall()
     return replace(
         every,
@@ -51,8 +51,8 @@ def figures_of(axis: Axis, period: float, stable: bool) -> Figures:
         gain_reduction=down and down.factor,
         phase_margin=abs(turn.lag) if turn else None,
         phase_margin_frequency=turn.w * hertz if turn else None,
-        delay_margin=delay * time if late else None,
-        delay_margin_frequency=late.w * hertz if late else None,
+        delay_margin=late[0] * time if late else None,
+        delay_margin_frequency=late[1] * hertz if late else None,
         disk_margin=2.0 / axis.difference()[1],
         sensitivity_peak=peak,
         sensitivity_peak_frequency=at_peak * hertz,
@@ -74,13 +74,19 @@ def _limits(axis: Axis, phases: list[Crossing]) -> list[_Limit]:
     return sorted(_Limit(1.0 / size, w) for size, w in places if 1.0 / LARGEST_FACTOR < size < LARGEST_FACTOR)
 
 
-def _delay_margin(axis: Axis, gains: list[Crossing]) -> tuple[Crossing | None, float]:
-    """Return the crossover that limits a delay, and the delay; no delay where |L| >= 1 at infinite frequency."""
+def _delay_margin(axis: Axis, gains: list[Crossing]) -> tuple[float, float] | None:
+    """Return the delay that puts a pole on the boundary of stability, and where; None if none does.
+
+    There is no time where |L| >= 1 at infinite frequency. A sampled loop with |L| >= 1 at half its
+    rate has a pole beyond -1 more or less with one sample more.
+    """
     last = axis.end()
+    delays = [((crossing.lag % _TURN) / crossing.w, crossing.w) for crossing in gains]
+    if axis.sampled and (last is None or last.size >= 1.0):
+        delays.append((1.0, math.pi))
     if not axis.sampled and last is not None and last.size >= 1.0:
-        return last, 0.0
-    late = min(gains, key=lambda c: (c.lag % _TURN) / c.w, default=None)
-    return late, (late.lag % _TURN) / late.w if late else math.inf
+        delays.append((0.0, last.w))
+    return min(delays, default=None)
 
 
 def _stable_gains(axis: Axis, limits: list[_Limit]) -> tuple[FactorInterval, ...]:

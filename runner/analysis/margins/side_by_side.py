@@ -137,19 +137,21 @@ def amounts(loops: OpenLoops, kind: LoopKind) -> Amounts:
     chain = _Chain(scaled := _scaled(loops, kind.scale), kind)
     gains, sure_of_gains = chain.crossings(lambda value: np.abs(value) - 1.0, kind.gain_crossovers)
     phases, sure_of_phases = chain.crossings(lambda value: value.imag, kind.phase_crossovers, negative=True)
-    certain = sure_of_gains & sure_of_phases & chain.sure & (np.abs(chain.size - 1.0) > _NEAR)
+    limits = np.stack([chain.size, np.abs(chain.ends[1])])
+    certain = sure_of_gains & sure_of_phases & chain.sure & (np.abs(limits - 1.0) > _NEAR).all(axis=0)
     sizes = np.hstack(
         [-responses(scaled, phases).real, *(np.where(end < 0.0, -end, 0.0)[:, None] for end in chain.ends)]
     )
     with np.errstate(divide="ignore", invalid="ignore"):
         factors = np.where((sizes > 1.0 / LARGEST_FACTOR) & (sizes < LARGEST_FACTOR), 1.0 / sizes, np.nan)
     lags = np.angle(-responses(scaled, gains))
+    one_more = np.where(np.abs(chain.ends[1]) >= 1.0, 1.0, np.inf)  # sample, which puts a pole beyond -1
     return Amounts(
         chain.size,
         np.min(np.where(factors > 1.0, factors, np.inf), axis=1, initial=np.inf),
         np.max(np.where(factors < 1.0, factors, 0.0), axis=1, initial=0.0),
         np.fmin.reduce(np.abs(lags), axis=1, initial=np.inf),
-        np.fmin.reduce((lags % (2.0 * math.pi)) / gains, axis=1, initial=np.inf),
+        np.fmin(one_more, np.fmin.reduce((lags % (2.0 * math.pi)) / gains, axis=1, initial=np.inf)),
         chain.peak(),
         certain,
         np.fmin.reduce(gains, axis=1, initial=np.nan),

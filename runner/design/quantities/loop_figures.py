@@ -152,6 +152,8 @@ def _phase(margins: Margins, loop: _Response) -> SlopeByParameter | None:
 def _delay(margins: Margins, loop: _Response) -> SlopeByParameter | None:
     if margins.delay_margin_frequency in (None, math.inf) or margins.delay_margin is None:
         return None
+    if math.isclose(2.0 * margins.delay_margin_frequency * margins.sample, 1.0):
+        return lambda parameter: 0.0  # a whole sample
     w, late = 2.0 * math.pi * margins.delay_margin_frequency, margins.delay_margin
     moves = _crossover(loop, w)
 

@@ -14,6 +14,7 @@ from proofmass.blocks import (
     DiscreteTransferFunction,
     Product,
     RepeatingSequence,
+    UnitDelay,
 )
 from proofmass.graphs.model.build import Graph
 
@@ -93,3 +94,50 @@ def test_a_ramp_that_a_mean_of_it_turns_once_in_thirty_values(gain: float) -> No
     first = next(late for late in range(1, 10_000) if grows(late))
     assert first > 100
     assert proofmass.margins(graph).delay_margin == pytest.approx(1e-3 * (first - 1))
+
+
+@pytest.mark.defect("S853", before="5 ms", after="1 ms: a pole that leaves the circle at -1 counts")
+def test_a_pole_at_half_the_rate_of_the_period() -> None:
+    """y[n+1] = -0.8 y[n] - 0.3 v, of v = y and 0 in turn the mean of the period before.
+
+    A period late, z^3 + 0.8 z^2 + 0.3 = 0 has a root beyond -1. Without the delay, and with half of it, it is
+    z^2 + 0.8 z + 0.3 = 0.
+    """
+    graph = Graph(
+        name="a filter that rings at half its rate",
+        rate="1 kHz",
+        blocks={
+            "filter": DiscreteTransferFunction(numerator=(-0.6,), denominator=(1.0, 0.8)),
+            "product": Product(),
+            "gains": RepeatingSequence(values=(1.0, 0.0)),
+            "mean": Decimator(ratio=2),
+        },
+        wires=[
+            "filter.strictly_proper_part -> product.first",
+            "gains.output -> product.second",
+            "product.output -> mean.input",
+            "mean.mean -> filter.input",
+        ],
+        rates={"filter": "500 Hz"},
+        loops={"main": {"open_at": "product.output"}},
+    )
+    assert max(abs(np.roots([1.0, 0.8, 0.3]))) < 1.0 < max(abs(np.roots([1.0, 0.8, 0.0, 0.3])))
+    assert proofmass.margins(graph).delay_margin == pytest.approx(1e-3)
+
+
+@pytest.mark.defect("S856", before="1.51 samples", after="one: a pole that leaves the circle at -1 counts")
+def test_a_pole_at_half_the_rate() -> None:
+    """Of z^2 + 0.8 z + 0.3 = 0 no root is outside, but one of z^3 + 0.8 z^2 + 0.3 = 0."""
+    graph = Graph(
+        name="a filter that rings at half its rate",
+        rate="1 kHz",
+        blocks={
+            "filter": DiscreteTransferFunction(numerator=(-0.3,), denominator=(1.0, 0.8)),
+            "register": UnitDelay(),
+        },
+        wires=["filter.strictly_proper_part -> register.input", "register.output -> filter.input"],
+        loops={"main": {"open_at": "register.output"}},
+    )
+    found = proofmass.margins(graph)
+    assert found.delay_margin == pytest.approx(1e-3)
+    assert found.delay_margin_frequency == pytest.approx(500.0)
