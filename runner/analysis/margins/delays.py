@@ -19,7 +19,7 @@ import numpy as np
 
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.tick_maps import others
-from proofmass.runner.analysis.margins.late_values import HALF_TURN, LateValues, CircleCrossing, at_half_turn
+from proofmass.runner.analysis.margins.late_values import HALF_TURN, CircleCrossing, LateValues, at_half_turn
 from proofmass.runner.host.arrays import Array, Complex
 
 _MOST_VALUES = 24  # in a period of any delay, where they depend on each other

@@ -82,7 +82,7 @@ class LateValues:
         turned = np.eye(len(self._a)) / back - self._a.T
         columns = np.broadcast_to(self._rows.T + 0j, (len(angles), *self._rows.T.shape))
         resolved = np.linalg.solve(turned, columns).swapaxes(1, 2)
-        found: Complex = np.linalg.eigvals(resolved @ (self._now[late] + self._before[late] * back))
+        found: AnyArray = np.linalg.eigvals(resolved @ (self._now[late] + self._before[late] * back))
         return np.asarray(np.take_along_axis(found, np.argsort(np.abs(found), axis=-1), axis=-1))
 
 
@@ -93,7 +93,7 @@ def at_half_turn(values: AnyArray) -> list[CircleCrossing]:
 
 def _angles(poles: Complex) -> Array:
     """Return angles between 0 and pi, dense at poles."""
-    logs = np.log(poles[np.abs(poles) > _LOWEST])
+    logs: Complex = np.log(poles[np.abs(poles) > _LOWEST])
     apart = np.abs(logs)[np.abs(logs) > _LOWEST**2]
     lowest = _LOWEST * min(1.0, float(np.min(apart, initial=1.0)))
     near = [abs(log.imag) + max(abs(log.real), 1e-9 * abs(log)) * ABOUT_A_POLE for log in logs]
