@@ -35,15 +35,16 @@ _Parts = tuple[Array, Array, Array, Array]
 
 def delay_margin(system: OpenLoop) -> float | None:
     """Seconds of whole values of the wire before the first that makes the loop unstable; None if none does."""
-    values, apart = system.per_period, LateValues.of(system)
+    parts, values, apart = system.matrices, system.per_period, LateValues.of(system)
     counted = _is_counted(system, apart)
-    for late in range(1, _COUNTED + 1 if counted else values):
-        poles = _poles(_delayed(system.matrices, late), np.zeros(1))
-        if np.max(np.abs(poles), initial=0.0) >= _OUTSIDE:
-            return (late - 1) * system.sample
+    one_by_one = range(1, _COUNTED + 1 if counted else values)
+    sizes = (_size(_delayed(parts, late)) for late in one_by_one) if apart is None else apart.sizes()
+    for before, size in enumerate(sizes):
+        if size >= _OUTSIDE:
+            return before * system.sample
     if counted:
         return _COUNTED * system.sample
-    turned = (_on_circle(_delayed(system.matrices, late)) for late in range(values))
+    turned = (_on_circle(_delayed(parts, late)) for late in range(values))
     periods = map(_first_unstable, turned if apart is None else apart.on_circle())
     found = [late + values * number for late, number in enumerate(periods) if number is not None]
     return (min(found) - 1) * system.sample if found else None
@@ -59,22 +60,23 @@ def _is_counted(system: OpenLoop, apart: LateValues | None) -> bool:
 
 
 def _delayed(parts: _Parts, late: int) -> _Parts:
-    """Return a lifted loop with its wire late by some values."""
+    """Return a lifted loop with its wire late by some values, with a register for each."""
     a, b, c, d = parts
     n, p = len(a), len(d)
     if late > p:
         return _delayed(_delayed(parts, p), late - p)
     kept = p - late
-    if n < late and not d.any():
-        now, before = b[:, late:] @ c[:kept], b[:, :late] @ c[kept:]
-        lasting = np.block([[a, np.zeros((n, n))], [np.eye(n), np.zeros((n, n))]])
-        return lasting, np.eye(2 * n, n), np.hstack([now, before]), np.zeros((n, n))
     return (
         np.block([[a, np.zeros((n, late))], [c[kept:], np.zeros((late, late))]]),
         np.vstack([b, d[kept:]]),
         np.block([[np.zeros((late, n)), np.eye(late)], [c[:kept], np.zeros((kept, late))]]),
         np.vstack([np.zeros((late, p)), d[:kept]]),
     )
+
+
+def _size(parts: _Parts) -> float:
+    """Return the size of the slowest pole."""
+    return float(np.max(np.abs(_poles(parts, np.zeros(1))), initial=0.0))
 
 
 def _poles(parts: _Parts, turns: Array) -> Complex:

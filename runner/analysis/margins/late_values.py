@@ -55,6 +55,14 @@ class LateValues:
             return None
         return cls(a, b, c @ rows.T, rows, grid)
 
+    def sizes(self) -> Array:
+        """Return the sizes of the slowest poles with values late by 1, 2, ... and less than a period."""
+        n, count = len(self._a), len(self._now) - 1
+        closed = np.zeros((count, 2 * n, 2 * n))
+        closed[:, :n, :n], closed[:, :n, n:] = self._a - self._now[1:] @ self._rows, -self._before[1:] @ self._rows
+        closed[:, n:, :n] = np.eye(n)
+        return np.asarray(np.max(np.abs(np.linalg.eigvals(closed)), axis=1, initial=0.0))
+
     def on_circle(self) -> list[list[CircleCrossing]]:
         """Return turns at the wire that put a pole on the circle, of values late by 0, 1, ..."""
         sizes = np.abs(self._eigenvalues(np.arange(len(self._now))[:, None], self._grid))
