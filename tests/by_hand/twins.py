@@ -28,7 +28,7 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan, varied
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 
-LONGEST = 128  # ticks of the wire that a delay may have
+LONGEST = 4096  # ticks of the wire that a delay may have
 SEED = 3
 
 
