@@ -67,6 +67,7 @@ LEFT_OUT_FIGURES = {
     ): "a factor of 3e-6: a push lasts for days",
 }
 PUSHES = {  # where the wire is silent, or its converter hears only more
+    ("force_balance_seismometer", "balance"): 1e-3,
     ("quartz_forward_gain", "accelerometer.adc.number"): 1e4,
     ("quartz_calibration", "accelerometer.forward_gain.output"): 1e4,
     ("quartz_calibration_disturbed", "sensor.accelerometer.forward_gain.output"): 1e4,
