@@ -12,11 +12,16 @@ from proofmass.blocks import (
     Difference,
     DiscreteIntegrator,
     DiscreteTransferFunction,
+    Gain,
     Product,
     RepeatingSequence,
     UnitDelay,
 )
+from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.loops import REQUIREMENTS
+from proofmass.runner.analysis.margins.many import ManyMargins
+from proofmass.runner.planning.plan import plan, varied
 
 
 def integrator(gains: tuple[float, ...]) -> Graph:
@@ -127,17 +132,26 @@ def test_a_pole_at_half_the_rate_of_the_period() -> None:
 
 @pytest.mark.defect("S856", before="1.51 samples", after="one: a pole that leaves the circle at -1 counts")
 def test_a_pole_at_half_the_rate() -> None:
-    """Of z^2 + 0.8 z + 0.3 = 0 no root is outside, but one of z^3 + 0.8 z^2 + 0.3 = 0."""
+    """Of z^2 + 0.8 z + 0.3 = 0 no root is outside, but one of z^3 + 0.8 z^2 + 0.3 = 0; so for gains near it."""
     graph = Graph(
-        name="a filter that rings at half its rate",
+        name="a filter and a register",
         rate="1 kHz",
         blocks={
-            "filter": DiscreteTransferFunction(numerator=(-0.3,), denominator=(1.0, 0.8)),
+            "filter": DiscreteTransferFunction(numerator=(-1.0,), denominator=(1.0, 0.8)),
+            "gain": Gain(gain=0.3),
             "register": UnitDelay(),
         },
-        wires=["filter.strictly_proper_part -> register.input", "register.output -> filter.input"],
+        wires=[
+            "filter.strictly_proper_part -> gain.input",
+            "gain.output -> register.input",
+            "register.output -> filter.input",
+        ],
         loops={"main": {"open_at": "register.output"}},
     )
     found = proofmass.margins(graph)
     assert found.delay_margin == pytest.approx(1e-3)
     assert found.delay_margin_frequency == pytest.approx(500.0)
+    planned = plan(graph)
+    (several,) = ManyMargins(planned, "auto").values([varied(planned, {"gain": Gain(gain=0.31)})])
+    assert not isinstance(several, ModelError)
+    assert dict(zip(REQUIREMENTS, several, strict=False))["delay_margin"] == pytest.approx(1e-3)

@@ -33,6 +33,17 @@ def test_slopes_of_a_step_are_those_of_its_closed_form() -> None:
     assert read_figure(limits, loop, "overshoot", {"gain": 3.0}).slopes == {"gain": 0.0}
 
 
+def test_a_delay_margin_of_one_sample_does_not_move() -> None:
+    """z^2 + 0.8 z + k stays stable, and z^3 + 0.8 z^2 + k unstable, for all k near 0.3."""
+    matrix, by_gain = np.zeros((3, 4)), np.zeros((3, 4))
+    matrix[0, 0], matrix[0, 2], matrix[1, 0], matrix[2, 1], by_gain[1, 0] = -0.8, -1.0, 0.3, 1.0, 1.0
+    states = (("filter", "x", -1), ("register", "x", -1))
+    loop = OpenLoop(PeriodMap(states, WIRE, WIRE, matrix, {"gain": by_gain}, 1e-3))
+    found = read_figure(margins_of(loop, "main", "plant.output"), loop, "delay_margin", {"gain": 0.3})
+    assert found.value == pytest.approx(1e-3)
+    assert found.slopes == {"gain": 0.0}
+
+
 def lags(gain: float, order: int, *, aside: int = 0) -> OpenLoop:
     """K / (s / 10 + 1)^n, and an integral of the first lag beside the loop."""
     size = order + aside
