@@ -50,7 +50,7 @@ _ORDERS = 2  # signals, and parameters of their slopes
 _NODES = (0.5 - math.sqrt(3.0) / 6.0, 0.5 + math.sqrt(3.0) / 6.0)  # in a tick (Gauss, Legendre)
 _NEAR, _FAR = 0.25 + math.sqrt(3.0) / 6.0, 0.25 - math.sqrt(3.0) / 6.0
 _ALIKE = 1e-15  # relative difference of two changes that are the same but for a factor
-_ANSWERS = 64  # that are kept
+_KEPT = 64  # pairs of matrices
 
 
 def solve_dual(tears: Sequence[Any], others: Sequence[Any], signals: Any, value: Callable[[Any], Any]) -> bool:
@@ -128,9 +128,7 @@ class DualAdvance(Advance):
 
     def __init__(self, plan: Filled, group: Group, by_parameters: bool, linear: bool = False) -> None:
         self.stages, self.period, self._is_linear = DualStages(plan, group, by_parameters), plan.period, linear
-        self._held_for = ""  # matrices that do not change are held once
-        self._held: tuple[Matrix, Matrix] = [], []
-        self._answers: dict[str, Matrix] = {}  # of z to the rates, of matrices that come again
+        self._held: dict[str, tuple[Matrix, Matrix]] = {}  # by A and B: matrices come again
 
     def __call__(self, moment: Moment) -> dict[str, Any]:
         """Return the states of the group's blocks one tick later."""
@@ -159,7 +157,7 @@ class DualAdvance(Advance):
                 for i in (0, 1)
             )
             rates = [near * v + far * w for v, w in zip(parts[0][2], parts[1][2], strict=True)]
-            transition, entry = dual_hold(a, _forced(b), self.period)
+            transition, entry = self._hold(a, _forced(b))
             moving = [*own, *inputs, *(_without(rate, len(now)) for rate in rates)]
             own = [
                 sum((factor * v for factor, v in zip((*left, *right), moving, strict=True)), 0.0)
@@ -243,22 +241,19 @@ class DualAdvance(Advance):
 
     def _driven(self, a: list[list[Any]], change: Matrix, starts: list[Any]) -> list[Any]:
         """Return z(T), of x and z as one system the rates of x at the start of the tick force."""
-        n, wanted = len(a), repr((a, change))
-        if wanted not in self._answers:
-            both = [[*row, *[0.0] * n] for row in a]
-            both += [[*left, *right] for left, right in zip(change, a, strict=True)]
-            forced = [[float(i == j) for j in range(n)] for i in range(2 * n)]
-            if len(self._answers) >= _ANSWERS:
-                self._answers.clear()
-            self._answers[wanted] = dual_hold(both, forced, self.period)[1][n:]
-        rows = self._answers[wanted]
+        n = len(a)
+        both = [[*row, *[0.0] * n] for row in a]
+        both += [[*left, *right] for left, right in zip(change, a, strict=True)]
+        rows = self._hold(both, [[float(i == j) for j in range(n)] for i in range(2 * n)])[1][n:]
         return [sum(factor * value for factor, value in zip(row, starts, strict=True)) for row in rows]
 
     def _hold(self, a: list[list[Any]], forced: list[list[Any]]) -> tuple[Matrix, Matrix]:
         wanted = repr((a, forced))
-        if wanted != self._held_for:
-            self._held_for, self._held = wanted, dual_hold(a, forced, self.period)
-        return self._held
+        if wanted not in self._held:
+            if len(self._held) >= _KEPT:
+                self._held.clear()
+            self._held[wanted] = dual_hold(a, forced, self.period)
+        return self._held[wanted]
 
     def _rates(
         self, constants: Mapping[str, Any], point: list[Any], n: int, guesses: list[float], time: float

@@ -52,6 +52,8 @@ LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks and periods of a map ove
 WAITED = 2  # least number of periods that a waiting switch stands still
 _SETTLED_IN = 3.0  # time constants of a loop that a switch lets it be before it is told as before
 _FORGOTTEN, _STRETCHES = 8.0, 3  # time constants of the lowest crossover in a stretch, number
+_NEARLY = 1.1  # by how much these may be more
+_SLOW = 50_000  # periods times blocks of a stretch, in plain Python
 _LATER = 64  # periods by which a stretch may be longer, to end where the orbit is nearly back
 _FEW = 256  # periods, up to which it may be twice as long
 _JUMPS = 16  # instants at which the map is compared
@@ -199,11 +201,8 @@ class OrbitSearch:
         forgets nothing, so that a stretch ends where the orbit is nearest to where it began: else
         each repetition would turn the carrier by the rest.
         """
-        crossovers = self._run.crossovers(first)
-        if not crossovers or self._run.course.slopes() is None:
-            return None
-        periods = math.ceil(_FORGOTTEN / (2.0 * math.pi * crossovers[0] * self._period))
-        if not 1 < periods <= self._longest:
+        periods = self._forgotten(first)
+        if periods < 2:
             return None
         most = min(max(periods + _LATER, min(2 * periods, _FEW)), self._longest)
         periods = self._orbit(most=most).nearest(periods, most)  # it begins again nearly as it ends
@@ -212,6 +211,24 @@ class OrbitSearch:
             return None
         note = f"the orbit does not come back: taken over {_STRETCHES} stretches of {time_text(periods * self._period)}"
         return OrbitPoint(whole, periods, (note,), others=tuple(others))
+
+    def _forgotten(self, first: PeriodMap) -> int:
+        """Return the number of periods in which a loop forgets itself, by its crossover over about as many; else 0.
+
+        Its crossover in one period is that of the carrier's place there.
+        """
+        periods, of = 1, first
+        while self._ends.cut:
+            crossovers = self._run.crossovers(of)
+            times = _FORGOTTEN / (2.0 * math.pi * crossovers[0] * self._period) if crossovers else _FEW * (periods < 2)
+            if times <= _NEARLY * periods:
+                return periods * bool(crossovers)
+            wanted = min(math.ceil(times), self._longest, _FEW if periods < _FEW else self._longest)
+            slow = self._run.course.slopes() is None and wanted * len(self._run.moving) > _SLOW
+            if wanted <= periods or slow:
+                return 0
+            periods, of = wanted, self._run.map(0, wanted)
+        return 0
 
     def _at_instants(self, first: PeriodMap) -> OrbitPoint | None:
         """Return the map from one instant at which the loop is closed to the next one, if it is open between."""

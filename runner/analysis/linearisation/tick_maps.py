@@ -10,6 +10,7 @@ part has its own power of two, so that a loop which grows by any factor and shri
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -117,6 +118,21 @@ class TickMaps:
         largest = float(np.max(np.sum(np.abs(self.a), axis=(1, 2)) + back, initial=1.0))
         return min(_UNSCALED, max(1, int(_ROOM / np.log2(largest)))) if 2.0 < largest < np.inf else _UNSCALED
 
+    @cached_property
+    def units(self) -> Array:
+        """Units of the states that a period of a stable system begins with, in which all inputs ever
+        stir them as much as all outputs show them.
+        """
+        a, g, h = self.a, self.b[:, :, None] * self.b[:, None, :], self.c[:, :, None] * self.c[:, None, :]
+        while len(a) > 1:
+            left = [part[len(a) - len(a) % 2 :] for part in (a, g, h)]
+            a, g, h = map(np.concatenate, zip(_added(a, g, h), left, strict=True))
+        kept = np.ix_(*[list(self.places.values())] * 2)
+        period = a[0][kept]
+        stirred, shown = np.diag(_lasting(period, g[0][kept])), np.diag(_lasting(period.T, h[0][kept]))
+        unit = np.divide(stirred, shown, out=np.ones(len(period)), where=(stirred > 0.0) & (shown > 0.0))
+        return np.asarray(np.exp2(np.round(0.25 * np.log2(unit))))
+
     def crossed(self, level: float, offset: float, near: float, hidden: Sequence[complex] = ()) -> list[float]:
         """Return the angles of exp(j w T) at which a singular value of offset - T is at a level
         above the offset.
@@ -138,7 +154,7 @@ class TickMaps:
             left = [part[len(a) - len(a) % 2 :] for part in (a, g, h)]
             a, g, h = map(np.concatenate, zip(_composed(a, g, h), left, strict=True))
         kept = np.ix_(*[list(self.places.values())] * 2)  # what else there is in x begins each period at zero
-        values = _symplectic_poles(a[0][kept], g[0][kept], h[0][kept], np.real(self.closed(list(self.places))))
+        values = _symplectic_poles(a[0][kept], g[0][kept], h[0][kept], closed.units)
         values = others(values, [*hidden, *(1.0 / pole.conjugate() for pole in hidden)])
         on_circle = values[np.abs(np.abs(values) - 1.0) <= near]
         return sorted(float(angle) for angle in np.angle(on_circle))
@@ -288,11 +304,15 @@ def _composed(a: Array, g: Array, h: Array) -> tuple[Array, Array, Array]:
     return a2 @ ahead, g2 + a2 @ back, h1 + np.swapaxes(a1, 1, 2) @ h2 @ ahead
 
 
-def _symplectic_poles(a: Array, g: Array, h: Array, closed: Array) -> npt.NDArray[Any]:
+def _added(a: Array, g: Array, h: Array) -> tuple[Array, Array, Array]:
+    """Return what pairs of maps move, what enters them and what they show, the first's before the second's."""
+    last = len(a) - len(a) % 2
+    (a1, a2), (g1, g2), (h1, h2) = ((m[:last:2], m[1::2]) for m in (a, g, h))
+    return a2 @ a1, g2 + a2 @ g1 @ np.swapaxes(a2, 1, 2), h1 + np.swapaxes(a1, 1, 2) @ h2 @ a1
+
+
+def _symplectic_poles(a: Array, g: Array, h: Array, unit: Array) -> npt.NDArray[Any]:
     """Return z of z x = a x + g z l, l = a^T z l + h x, in units of x in which waves of both kinds are alike."""
-    ahead, back = np.diag(_lasting(closed, g)), np.diag(_lasting(closed.T, h))
-    unit = np.divide(ahead, back, out=np.ones(len(a)), where=(ahead > 0.0) & (back > 0.0))
-    unit = np.exp2(np.round(0.25 * np.log2(unit)))
     a, g, h = a * unit / unit[:, None], g / unit / unit[:, None], h * unit * unit[:, None]
     eye, zero = np.eye(len(a)), np.zeros(a.shape)
     now, later = np.block([[a, zero], [-h, eye]]), np.block([[eye, -g], [zero, a.T]])

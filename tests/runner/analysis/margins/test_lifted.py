@@ -54,3 +54,33 @@ def test_the_largest_value_is_found_wherever_it_lies(raised: Any, factor: float,
     at, peak = raised(system, 1.0, (0.1, 1.0), lambda level: system.by_values.crossed(level, 1.0, 1e-9, system.hidden))
     assert peak == pytest.approx(2.0, rel=1e-6)
     assert at == pytest.approx(angle, abs=1e-2)
+
+
+def lock(values: int, turns: int) -> OpenLoop:
+    """A phase-locked loop of 300 Hz, whose detector multiplies two carriers: its gain is 1 + cos of twice their phase.
+
+    The states are a control in Hz and turns, 10^5 ticks a second.
+    """
+    w, tick = 600.0 * math.pi, 1e-5
+    moved, rows = np.eye(2, 2 + values), list[Any]()
+    for k in range(values):
+        error = -(1.0 + math.cos(2.0 * math.pi * turns * k / values + 0.3)) * moved[1]
+        rows.append(moved[0] + (math.sqrt(2.0) * w + w * w * tick) * error)
+        moved[0] += w * w * tick * error
+        moved[1, 2 + k] += tick
+    wire = tuple(("x", "output", k) for k in range(values))
+    matrix = np.pad(np.vstack([moved, rows]), ((0, 0), (0, 1)))
+    return OpenLoop(PeriodMap((("x", "control", -1), ("x", "turns", -1)), wire, wire, matrix, {}, values * tick))
+
+
+@pytest.mark.defect("S870", before="peaks of 1.117, 1.067 and 1.043", after="1.338")
+@pytest.mark.parametrize(("values", "turns"), [(64, 26), (32, 13), (16, 5)])
+def test_states_in_units_far_apart_do_not_hide_a_peak(values: int, turns: int) -> None:
+    system = lock(values, turns)
+    a, b, c, d = (-part if k > 1 else part for k, part in enumerate(system.map.parts()))
+    z = np.exp(1j * np.linspace(1e-3, math.pi, 300))[:, None, None]
+    sensitivity = np.linalg.inv(np.eye(values) + c @ np.linalg.solve(z * np.eye(2) - a, b + 0j * z) + d)
+    found = figures_of(system, True)
+    assert found.sensitivity_peak == pytest.approx(np.linalg.norm(sensitivity, 2, axis=(1, 2)).max(), rel=1e-4)
+    room = np.linalg.norm(sensitivity - 0.5 * np.eye(values), 2, axis=(1, 2)).max()
+    assert found.disk_margin == pytest.approx(1.0 / room, rel=1e-4)
