@@ -177,21 +177,16 @@ def balanced_exponential(matrix: Matrix) -> Matrix:
     size = len(matrix)
     a, scales = [list(row) for row in matrix], [1.0] * size
     for _ in range(20):
-        still = True
         for i in range(size):
             column = sum(abs(a[j][i]) for j in range(size) if j != i)
             row = sum(abs(a[i][j]) for j in range(size) if j != i)
             if column == 0.0 or row == 0.0:
                 continue
             factor = power_of_two(nearest_integer(0.5 * binary_logarithm(row / column)))
-            if factor == 1.0:
-                continue
-            still, scales[i] = False, scales[i] * factor
+            scales[i] = scales[i] * factor
             for j in range(size):
                 a[j][i] = a[j][i] * factor
                 a[i][j] = a[i][j] / factor
-        if still:
-            break
     whole = exponential_of(a)
     return [[v * scales[i] / scales[j] for j, v in enumerate(row)] for i, row in enumerate(whole)]
 

@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 from proofmass.blocks import Constant, Gain, MassSpringDamper, Product, Saturation, Sine, Sum, UnitDelay
 from proofmass.blocks.declaration.declare import Block, Input, param
+from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.engine_table import EngineName
@@ -150,6 +151,13 @@ def test_sub_steps_follow_from_the_accuracy() -> None:
     assert counts[1] == pytest.approx(10 * counts[0], rel=0.05)
     assert counts[2] == pytest.approx(10 * counts[1], rel=0.02)
     assert plan(pendulum("1 Hz", substeps=3)).solvers[0].substeps == 3
+
+
+def test_a_tick_of_very_many_time_constants_is_for_an_implicit_method() -> None:
+    assert plan(pendulum("1 uHz", method="radau")).solvers[0].method == "radau"
+    for method in ("runge_kutta_4", "dormand_prince"):
+        with pytest.raises(ModelError, match=r"needs \S+ sub-steps in each tick(.|\n)*radau"):
+            plan(pendulum("1 uHz", method=method))
 
 
 def spring(*between: str, **more: Any) -> Graph:
