@@ -1,6 +1,7 @@
 """Noise and responses of graphs that move on from their start: a gain of 1 + 2 (1 - exp(-t / T)) warms up."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -13,6 +14,7 @@ from proofmass.blocks import (
     Integrator,
     LookUpTable,
     LowPass,
+    Sine,
     Sum,
     WhiteNoise,
 )
@@ -161,3 +163,13 @@ def test_what_hardly_moves_is_told_at_the_start() -> None:
     answer = response(warming_up(1e4), "hiss.output", "lag.output")
     assert answer.time == pytest.approx(PERIOD)
     assert answer.notes == ()
+
+
+def test_an_orbit_of_two_ticks_is_not_left() -> None:
+    """The gain is 2 and 0 in turn."""
+    graph = warming_up(1.0)
+    graph = replace(graph, blocks=graph.blocks | {"two": Sine(frequency=50.0, phase=math.pi / 2.0), "heat": Gain()})
+    answer = response(graph, "hiss.output", "lag.output")
+    assert answer.at_rest == pytest.approx(1.0)
+    assert answer.time == pytest.approx(PERIOD)
+    assert answer.notes == ("linearised over 20 ms, in which the orbit closes, not over the 10 ms of the schedule",)
