@@ -70,7 +70,7 @@ class Marks(NamedTuple):
 
 
 def _marked(builder: Builder, origin: str, *kinds: Kind) -> Function:
-    inner = builder.beside(f"{origin.replace(' ', '_')}_{kinds[0].name.lower()}", inline=True)
+    inner = builder.beside(f"{origin.replace(' ', '_')}_{kinds[0].name.lower()}")
     inner.origin = origin
     first, *_ = [inner.parameter(kind, f"given_{number}") for number, kind in enumerate(kinds)]
     inner.give(first)

@@ -137,7 +137,7 @@ class _MarkingWriter(TickWriter):
 
 def _marked(builder: Builder, origin: str) -> Function:
     """Return a function that gives a number back, and that has slopes of its own."""
-    inner = builder.beside(origin.replace(" ", "_"), inline=True)
+    inner = builder.beside(origin.replace(" ", "_"))
     inner.origin = origin
     inner.give(inner.parameter(FLOAT, "value"))
     return inner.function()
