@@ -48,7 +48,7 @@ def chunk_size(before: int, seconds: float, lanes: int) -> int:
     >>> chunk_size(64, 0.05, 64), chunk_size(1, 0.1, 0), chunk_size(1, 1e-6, 0)
     (320, 3, 8)
     """
-    wanted = min(CHUNK_SECONDS * before / max(seconds, 1e-9), GROWTH * before)
+    wanted = CHUNK_SECONDS * before / max(seconds, CHUNK_SECONDS / GROWTH)
     row = max(1, lanes)
     return max(1, -(-int(wanted + 0.5) // row)) * row
 
