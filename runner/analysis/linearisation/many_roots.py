@@ -153,7 +153,7 @@ def _is_told(ball: Any) -> bool:
 def _balls(polynomial: Polynomial, less_one: Complex, errors: Array, bits: int) -> list[Any]:
     """Return balls in conjugate pairs, those next to the circle with more bits."""
     real = np.abs(less_one.imag) <= errors
-    upper = ~real & (less_one.imag > 0.0)
+    upper = less_one.imag > errors
     if 2 * int(upper.sum()) + int(real.sum()) != len(less_one):
         upper, real = np.zeros_like(real), np.zeros_like(real)
     distances = np.abs(np.abs(1.0 + less_one) - 1.0)

@@ -161,10 +161,9 @@ def _grid(system: Any, margins: Margins) -> Array:
     poles = system.poles().astype(complex)
     if system.dt:
         poles = np.log(poles[np.abs(poles) > 1e-12]) / system.dt
-    sizes = np.abs(poles[poles != 0.0])
     ours = 2.0 * math.pi * np.array([*margins.gain_crossovers, *margins.phase_crossovers, 0.0])
-    known = np.concatenate([sizes, ours[(ours > 0.0) & np.isfinite(ours)]])
-    top = math.pi / system.dt if system.dt else 1e3 * max(known, default=1.0)
+    known = np.concatenate([np.abs(poles), ours[np.isfinite(ours)]])
+    top = math.pi / system.dt if system.dt else 1e3 * max(known)
     low = 1e-2 * min([1e-3 * top, *known[known > 1e-9 * top]])
     if len(ours) > 2 * _CROSSOVERS:
         top = min(top, 1.05 * float(np.sort(ours)[2 * _CROSSOVERS]))
