@@ -133,9 +133,10 @@ def test_a_mission_from_a_file(mission: dict[str, str], said: str, tmp_path: Pat
 
 
 def test_a_file_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "lot.csv").write_text("offset\n1\n2\n")
+    size = (tmp_path / "lot.csv").write_text("offset\n1\n2\n")
+    monkeypatch.setattr(empirical, "LARGEST_FILE", size)
     assert empirical.read_columns("lot.csv", [("offset", "V")], str(tmp_path)) == [[1.0, 2.0]]
-    monkeypatch.setattr(empirical, "LARGEST_FILE", 5)
+    monkeypatch.setattr(empirical, "LARGEST_FILE", size - 1)
     with pytest.raises(Refusal, match="the file is too large"):
         empirical.read_columns("lot.csv", [("offset", "V")], str(tmp_path))
 
