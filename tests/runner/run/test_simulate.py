@@ -37,6 +37,7 @@ from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.engines import choose
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import simulate
+from proofmass.runner.run.trace_size import refuse_large
 from proofmass.runner.targets.llvm_text import content_of
 
 ENGINES: list[EngineName] = ["python", "compiled"]
@@ -253,7 +254,6 @@ class TestEngines:
 
 
 class TestTracesTooLargeForMemory:
-    @pytest.mark.exhaustive
     def test_they_are_refused_with_the_cure(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(simulation, "IN_MEMORY", 1 << 20)
         graph = Graph(name="long", rate="1 kHz", blocks={"ramp": Ramp(slope=1.0)}, probes=["ramp.output"])
@@ -261,7 +261,7 @@ class TestTracesTooLargeForMemory:
             simulate(graph, samples=(1 << 17) + 1)
         assert "at most 1 MiB without a folder" in str(caught.value)
         assert "--out FOLDER" in str(caught.value)
-        assert simulate(graph, samples=1 << 17, engine="python").ticks == 1 << 17
+        refuse_large(plan(graph), 1 << 17, 1 << 20)
 
     @pytest.mark.exhaustive("python")
     @pytest.mark.parametrize("engine", ENGINES)
