@@ -95,6 +95,17 @@ def test_four_panels_with_names() -> None:
     assert title == "main: gain margin 31.57 dB, phase margin 90.9°, delay margin 766.8 µs"
 
 
+def test_a_gain_margin_at_the_end_of_the_axis_is_written_within_the_panel() -> None:
+    """z - 1 + k has the pole -1 at k = 2, which is a limit at half the rate."""
+    figure = plot_margins(margins(slow_loop(0.1), "gain.output"))
+    figure.canvas.draw()
+    panel = figure.axes[0]
+    (text,) = (text for text in panel.texts if text.get_text())
+    assert text.get_text() == f"{20.0 * math.log10(2.0 / 0.1):.1f} dB"
+    left, right = text.get_window_extent().intervalx
+    assert panel.bbox.x0 < left < right < panel.bbox.x1 + 1.0, "to a pixel"
+
+
 @pytest.mark.parametrize("poles", [1, 2])
 def test_a_phase_of_one_or_two_integrators_is_seen_between_both(poles: int) -> None:
     """It is -90 or -180 degrees at any frequency: its distance from -180 degrees is the margin."""
