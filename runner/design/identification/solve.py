@@ -285,7 +285,7 @@ class UnknownsSolver:
                 smooth |= (moved > 0.0) & (code == 0.0)
             steps, before = self._steps / self.scales, self._steps
             with np.errstate(divide="ignore"):
-                largest = np.where(smooth | (least == 0.0), _LARGEST, np.clip(steps / least, _LARGEST, _WIDEST))
+                largest = np.where(smooth, _LARGEST, np.clip(steps / least, _LARGEST, _WIDEST))
                 suited = np.where(wanted > 0.0, steps / wanted, _LARGEST)
             self._steps = np.asarray(np.clip(suited, _SMALLEST, largest) * self.scales)
             if np.all(np.abs(np.log(self._steps / before)) < _ALIKE):

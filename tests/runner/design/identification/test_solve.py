@@ -135,10 +135,11 @@ def test_outliers_do_not_count_in_the_noise() -> None:
 
 
 def test_an_unknown_that_changes_nothing_stays_where_it_begins() -> None:
-    more = [*AB, unknown("c", 4.0)]
-    solution = solver([Written(LINE, line)], more).solved(np.array([1.0, -1.0, 4.0]))
+    model, more = Written(LINE, line), [*AB, unknown("c", 4.0)]
+    solution = solver([model], more).solved(np.array([1.0, -1.0, 4.0]))
     assert solution.values == pytest.approx([*np.polyfit(TIMES, LINE["y"], 1)[::-1], 4.0], rel=1e-6)
     assert solution.jacobian[:, 2] == pytest.approx(np.zeros(len(TIMES)))
+    assert [at["c"] for at in model.asked] == pytest.approx([4.0] * model.runs, rel=0.011), "steps of 1 %"
 
 
 def test_offsets_are_added_and_delays_go_to_the_outputs_that_have_them() -> None:
