@@ -131,7 +131,7 @@ class _Shooting:
 
     def newton(self, periods: int, before: str) -> tuple[PeriodicPoint | None, str]:
         """Return the point over so many common periods, or None and what is in its way."""
-        memory, worst, nearest, at = self._start.copy(), before, math.inf, 0
+        memory, worst, misfits = self._start.copy(), before, list[float]()
         for steps in range(1, (_STEPS if periods <= _LONG else _FEW) + 1):
             try:
                 whole = self.map(memory, periods)
@@ -144,8 +144,8 @@ class _Shooting:
             if not np.isfinite(change).all():
                 return None, before
             worst = _worst(whole, drift, scale) or worst
-            nearest, at = (misfit, steps) if misfit < nearest else (nearest, at)
-            if steps - at >= _NO_NEARER:
+            misfits.append(misfit)
+            if steps > misfits.index(min(misfits)) + _NO_NEARER:
                 break
             if misfit <= CLOSED:
                 wrong = self._wrong(whole, memory, scale, periods)

@@ -2,7 +2,7 @@
 
 import math
 from fractions import Fraction
-from typing import get_args
+from typing import NamedTuple, get_args
 
 import numpy as np
 import pytest
@@ -20,7 +20,8 @@ from proofmass.blocks import (
 )
 from proofmass.blocks.arithmetic.fixed_point import Fixed, Rounding
 from proofmass.blocks.arithmetic.mantissa import Drop
-from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.arithmetic.rounding import round_half_even
+from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.graphs.model.quantities import Noise
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.noise.along_run import budgets_along
@@ -138,13 +139,37 @@ def test_a_converter_that_cuts_errs_by_a_whole_step() -> None:
     assert spread.sources["quantiser"] == pytest.approx(run, rel=0.01)
 
 
-def converters(gain: float) -> Graph:
+CONVERTER = AnalogToDigital(bits=16, reference=32768.0)
+
+
+class Conversions(NamedTuple):
+    count: int
+
+
+class CountingConverter(Block):
+    """Converter with steps of 1 V that counts."""
+
+    voltage = Input("V", "What is rounded.")
+
+
+@CountingConverter.output("1")
+def number(p: CountingConverter, voltage: float) -> float:
+    """The nearest number, of two an even one."""
+    return round_half_even(voltage)
+
+
+@CountingConverter.update
+def update(p: CountingConverter, x: Conversions) -> Conversions:
+    return Conversions(x.count + 1)
+
+
+def converters(gain: float, second: Block = CONVERTER) -> Graph:
     """Return one converter behind another, with steps of 1 V."""
     blocks: dict[str, Block] = {
         "noise": WhiteNoise(density=10.0 * math.sqrt(2.0 / RATE), unit="V"),
-        "first": AnalogToDigital(bits=16, reference=32768.0),
+        "first": CONVERTER,
         "gain": Gain(gain=gain, output_unit="V"),
-        "second": AnalogToDigital(bits=16, reference=32768.0),
+        "second": second,
         "end": Gain(gain=1.0),
     }
     wires = ["noise.output -> first.voltage", "first.number -> gain.input", "gain.output -> second.voltage"]
@@ -152,8 +177,10 @@ def converters(gain: float) -> Graph:
 
 
 @pytest.mark.defect("S809", before="0.289 steps of a second converter, in doubt", after="0.354, as of half a word")
-def test_a_converter_of_words_has_their_levels() -> None:
-    (second,) = [source for source in noise(converters(0.5), "end.output").sources if source.block == "second"]
+@pytest.mark.parametrize("converter", [CONVERTER, CountingConverter()])
+def test_a_converter_of_words_has_their_levels(converter: Block) -> None:
+    sources = noise(converters(0.5, converter), "end.output").sources
+    (second,) = [source for source in sources if source.block == "second"]
     assert second.rms == pytest.approx(math.sqrt(1 / 8), rel=1e-9)
     assert not second.doubtful
 
