@@ -32,6 +32,13 @@ def test_few_samples_and_codes_are_exact(percent: float) -> None:
     assert percentile([9.0, *samples[:40]], percent, skip=1) == percentile(samples[:40].tolist(), percent)
 
 
+@pytest.mark.parametrize("percent", [10.0, 99.0])
+def test_samples_at_the_wanted_rank_are_joined_last(percent: float) -> None:
+    """Of 1,500 the table has no room: those of other ranks are joined."""
+    samples = np.random.default_rng(7).lognormal(size=1500)
+    assert percentile(samples.tolist(), percent) == pytest.approx(np.percentile(samples, percent), rel=1e-13)
+
+
 Array = npt.NDArray[np.float64]
 SIGNALS: dict[str, Array] = {
     "normal": np.random.default_rng(1).normal(size=30_000),
