@@ -2,6 +2,7 @@
 
 import json
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -12,6 +13,7 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.command_line import main
+from proofmass.runner.program.timed_tick import CLOCK
 from proofmass.runner.run import profile as profiling
 from proofmass.runner.run.profile import profile
 from proofmass.runner.run.simulate import RunOptions, simulate
@@ -49,6 +51,16 @@ def test_ten_times_the_work_takes_ten_times_as_long() -> None:
     # each of the 400 waits for the one before: a product and a sum take at least 4 cycles, at most 5 GHz
     assert parts["long"].nanoseconds > 400 * 4 / 5.0
     assert list(profiled.phases) == ["check", "plan", "compile", "run"]
+
+
+def test_parts_share_the_time_of_a_stretch_less_that_of_the_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    """1 us for 10 ticks, of which the clock counts 1, 3 and 6 tenths."""
+    loop = SimpleNamespace(parts=[CLOCK, "a", "b"])
+    monkeypatch.setattr(profiling, "ProfiledLoop", lambda *_: loop)
+    monkeypatch.setattr(profiling, "_stretch", lambda *_: (10, profiling.np.array([100, 300, 600]), 1e-6))
+    clock, _, parts = profiling._parts(profiling.plan(Graph(name="", blocks={"one": Constant()}, rate=1.0)), 0, 10)
+    assert clock == pytest.approx(10.0)
+    assert {part.name: part.nanoseconds for part in parts} == pytest.approx({"a": 20.0, "b": 50.0})
 
 
 @pytest.mark.exhaustive
