@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 
 from proofmass.blocks import FixedRangeReducer
+from proofmass.blocks.declaration.instance import format_of
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.fixed.digital import digital_block
 from proofmass.runner.targets.machine_code import ALONE
@@ -136,6 +137,8 @@ def test_larger_words(bits: int, range_bits: int) -> None:
 def test_negative_exponents_multiples_of_ln2_and_both_ends() -> None:
     block = FixedRangeReducer()
     named = {"-1": -65536, "ln 2, rounded down": 45426, "above ln 2": 45427, "-64": -(2**22), "64": 2**22 - 1, "0": 0}
+    word = format_of(block, "exponent")
+    assert (word.lowest, word.highest) == (named["-64"], named["64"])
     found = drive_fixed(block, [{"exponent": m} for m in named.values()])
     assert {name: (row["octave"], row["remainder"]) for name, row in zip(named, found, strict=True)} == {
         "-1": (-2, 25316),
