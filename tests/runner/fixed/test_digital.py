@@ -317,3 +317,37 @@ def test_a_missing_format_and_a_time_in_seconds_are_refused() -> None:
 def test_a_gain_beyond_its_format_is_refused() -> None:
     with pytest.raises(ModelError, match=r"5000.0 does not fit Fixed\(32, 30\), which holds -2 to 1.999"):
         plan(accumulator().with_parameters({"total.gain": 5000.0}))
+
+
+class Scale(NamedTuple):
+    factor_and_shift: tuple[FixedValue, int]  # no register, although `formats` says one for all constants
+
+
+class Scaled(Block):
+    """Three quarters of a word, halved."""
+
+    input = Input("1", "A word.", dtype=FixedValue)
+
+
+@Scaled.formats
+def scaled_formats(p: Scaled) -> dict[str, Fixed]:
+    return {"input": Fixed(16, 12), "scaled": Fixed(16, 12), "c": Fixed(8, 6)}
+
+
+@Scaled.constants
+def scaled_constants(p: Scaled, period: float) -> Scale:
+    return Scale((fixed(0.75, Fixed(8, 6)), 1))
+
+
+@Scaled.output("1")
+def scaled(c: Scale, input: FixedValue) -> FixedValue:
+    """The word times 3 / 8."""
+    factor, shift = c.factor_and_shift
+    return ((input * factor) >> shift).to(Fixed(16, 12), "floor")
+
+
+@pytest.mark.parametrize("engine", BOTH)
+def test_words_beside_other_numbers_are_constants_of_the_code(engine: EngineName) -> None:
+    result = simulate(around(Scaled()), samples=50, engine=engine)
+    words = np.asarray(result["input_quantiser.output"].mantissas)
+    assert np.array_equal(result["block.scaled"].mantissas, words * 3 // 8)
