@@ -82,11 +82,10 @@ class Stages:
             self._call(name, corner, type(blocks[name]).corners[corner]) for name, corner in group.corners
         ]
         self._thens = [self._call(name, event, type(blocks[name]).events[event][1]) for name, event in group.events]
-        self._members = [(name, self._places.get(ConstantsOf(name), -1)) for name in group.members]
-        self._held = [self._places.get(StateBinding(name), -1) for name in group.blocks]
-        self._inputs = [self._places.get(WireBinding(node), -1) for node in group.inputs]
-        self._ramps = [(self._places.get(WireBinding(node), -1), group.inputs.index(node)) for node in group.ramps]
-        self._guesses = [self._places.get(WireBinding(node), -1) for node in group.guesses]
+        self._members = [(name, self._place(ConstantsOf(name))) for name in group.members]
+        self._held = [self._place(StateBinding(name)) for name in group.blocks]
+        self._inputs, self._guesses = self._wires(group.inputs), self._wires(group.guesses)
+        self._ramps = [(self._place(WireBinding(node)), group.inputs.index(node)) for node in group.ramps]
 
     def rates(self, context: StageContext, time: float, x: Sequence[float], out: Any) -> None:
         """Derivatives of all states; modes stand still."""
@@ -121,7 +120,7 @@ class Stages:
 
     def _known(self, context: StageContext, time: float, x: Sequence[float]) -> list[Any]:
         """Arguments of all functions of the blocks at an instant, each in its place."""
-        values: list[Any] = [None] * (len(self._places) + 1)  # the last for what no function takes
+        values: list[Any] = [None] * len(self._places)
         values[0] = time
         for name, place in self._members:
             values[place] = context.constants[name]

@@ -48,7 +48,7 @@ class Waiting:
         self._entries = entries
         self._onward, self._ticks, self._rings = onward, ticks, rings
         apart = upstream - moving
-        slow = {n for s in plan.solvers if not s.exact or not apart >= set(s.group.blocks) for n in s.group.blocks}
+        slow = {n for s in plan.solvers if not s.exact or {*s.group.blocks} - apart for n in s.group.blocks}
         self._alone = apart - reached(plan, slow | given(plan, (Deviate,)))
         self._others = sorted(upstream - self._alone)
         timed = given(plan, (Time, Tick)).intersection(self._others)
