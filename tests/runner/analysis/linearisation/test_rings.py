@@ -146,6 +146,7 @@ def test_a_ring_longer_than_its_delay_is_in_the_loop(delay: Block, taps: list[fl
     found = margins(loop(delay, port), "back.output")
     assert found.stable == (limit(taps) > 1.0)
     assert found.stable_gains[0][1] == pytest.approx(limit(taps), rel=1e-6)
+    assert bool(found.system.map.notes) == isinstance(delay, ClockRing), "a shift register is alike in each tick"
 
 
 @pytest.mark.defect("S501", before="stable, +50.10 dB", after="unstable")
