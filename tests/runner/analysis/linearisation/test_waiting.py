@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from proofmass import linearise, margins, noise, simulate
+from proofmass import linearise, margins, noise, response, simulate
 from proofmass.blocks import (
     ChopperModulator,
     Constant,
+    Decimator,
     Difference,
     DiscreteIntegrator,
     Gain,
@@ -138,6 +139,16 @@ def test_a_response_through_a_switch_is_that_of_a_turn() -> None:
     system = linearise(loop(chopper, 4), ["input.output"], ["integrator.output"], at="20 ms")
     assert system.dt == pytest.approx(8.0 / RATE)
     assert np.max(np.abs(np.linalg.eigvals(system.A))) == pytest.approx((0.74 * 0.86) ** 4, rel=1e-9)
+
+
+@pytest.mark.parametrize(("tick", "seen"), [(9_000, True), (11_000, False)])
+def test_a_switch_is_looked_for_in_10_000_base_ticks(tick: int, seen: bool) -> None:
+    """Of a period of 20 as of one: the weight is 1.3 before it, and 0.7 at the end of the run."""
+    blocks, wires = once(tick)
+    blocks |= {"noise": WhiteNoise(), "product": Product(), "mean": Decimator(ratio=20)}
+    wires += ["weight.output -> product.first", "noise.output -> product.second", "product.output -> mean.input"]
+    graph = Graph(name="late", rate=RATE, blocks=blocks, wires=wires, duration="1.2 s")
+    assert response(graph, "noise.output", "mean.mean").at_rest == pytest.approx(0.7 if seen else 1.3)
 
 
 def test_numbers_move_by_more_than_the_rounding_of_their_own_size() -> None:
