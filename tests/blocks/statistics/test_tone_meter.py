@@ -10,11 +10,12 @@ from tests.by_hand.functions import drive
 PERIOD = 1e-3
 
 
-@pytest.mark.parametrize("skip", [0, 7])
+@pytest.mark.parametrize(("skip", "delay"), [(0, 0.0), (7, 0.4e-3)])
 @pytest.mark.parametrize("frequency", [10.0, 37.3, 499.0])
-def test_amplitude_and_phase(frequency: float, skip: int) -> None:
-    inputs = [{"input": 1e3 + 0.25 * math.sin(2.0 * math.pi * frequency * k * PERIOD + 0.7)} for k in range(1000)]
-    row = drive(ToneMeter(frequency=frequency, skip=skip), inputs, PERIOD)[-1]
+def test_amplitude_and_phase(frequency: float, skip: int, delay: float) -> None:
+    times = [delay + k * PERIOD for k in range(1000)]
+    inputs = [{"input": 1e3 + 0.25 * math.sin(2.0 * math.pi * frequency * t + 0.7)} for t in times]
+    row = drive(ToneMeter(frequency=frequency, skip=skip, delay=delay), inputs, PERIOD)[-1]
     assert row["amplitude"] == pytest.approx(0.25, rel=1e-9)
     assert row["phase"] == pytest.approx(0.7, abs=1e-9)
 
