@@ -25,7 +25,7 @@ from proofmass.runner.analysis.decisions.standing_errors import without_standing
 from proofmass.runner.analysis.decisions.watched import recorded
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation, of_wires
-from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map
+from proofmass.runner.analysis.linearisation.map_blocks import upstream_of
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
@@ -94,13 +94,12 @@ def with_gains(about: Linearisation, noise: Noisy, outputs: list[Endpoint]) -> N
     Those are the ones in loops, which their own noise decides, and comparators that noise reaches.
     """
     plan = about.plan
-    upstream = blocks_of_map(plan, (), outputs, False, noise)[0]
+    upstream = upstream_of(plan, (name for name, _ in outputs))
     looped = _deciding(plan, upstream, outputs)
     deciding = looped | _compared(plan, upstream & reached_by(plan, set(noise)), outputs)
     if not deciding:
         return noise
-    decided = [(name, port) for name in sorted(deciding) for port in type(plan.blocks[name]).output_functions]
-    upstream = blocks_of_map(plan, (), decided, False)[0]
+    upstream = upstream_of(plan, deciding)
     span = _VALUES * max(map(plan.stride, outputs))
     kept, key = about.course.kept, (about.tick, frozenset(deciding), span)
     if key not in kept:

@@ -11,7 +11,7 @@ from typing import Any
 from proofmass.blocks.arithmetic.rounding import clip, two_level
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
-from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map
+from proofmass.runner.analysis.linearisation.map_blocks import upstream_of
 from proofmass.runner.derivatives.dual_functions import LEVELS, RULES, quantises, with_functions
 from proofmass.runner.derivatives.dual_noise import Noisy, given, reached
 from proofmass.runner.plan.bindings import Deviate
@@ -30,7 +30,7 @@ def without_standing(plan: Plan, begin: Memory, noise: Noisy) -> Noisy:
     steps = {name: type(plan.blocks[name]).output_functions.values() for name in noise.keys() - drawing}
     rounding = {n for n in steps if n not in plan.digital and any(quantises(each.function) for each in steps[n])}
     ports = [(name, port) for name in sorted(rounding) for port in type(plan.blocks[name]).output_functions]
-    upstream = blocks_of_map(plan, (), ports, False)[0]
+    upstream = upstream_of(plan, rounding)
     converters = {name: max(map(plan.stride, (p for p in ports if p[0] == name))) for name in rounding}
     most = _MOST_CALLS // max(1, len(upstream))
     seen = {name for name, stride in converters.items() if _VALUES * stride <= most}

@@ -8,7 +8,7 @@ import numpy as np
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.decisions.compiled_decisions import KeptRuns, part_of
-from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map
+from proofmass.runner.analysis.linearisation.map_blocks import upstream_of
 from proofmass.runner.derivatives.dual_noise import given, reached
 from proofmass.runner.plan.bindings import Deviate
 from proofmass.runner.plan.planned import Plan
@@ -24,7 +24,7 @@ def decided_by_noise(plan: Plan, target: Endpoint, tick: int, kept: KeptRuns) ->
 
     What runs for the same values have said is `kept`.
     """
-    upstream = blocks_of_map(plan, (), [target], False)[0]
+    upstream = upstream_of(plan, target[:1])
     wires = _truths(plan, upstream & reached(plan, given(plan, (Deviate,))), upstream)
     if not wires:
         return []
@@ -38,7 +38,7 @@ def decided_by_noise(plan: Plan, target: Endpoint, tick: int, kept: KeptRuns) ->
 
 def _decided(plan: Plan, wires: Sequence[Endpoint], names: Sequence[str], most: int) -> list[str]:
     """Return those that differ within some ticks at most."""
-    alone = part_of(plan, blocks_of_map(plan, (), wires, False)[0], names, {})
+    alone = part_of(plan, upstream_of(plan, (name for name, _ in wires)), names, {})
     ticks = min(most, _MOST_CALLS // max(1, len(alone.schedule.order)))
     seeds = plan.graph.seed, plan.graph.seed ^ 1
     try:

@@ -18,7 +18,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Onward
-from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period, not_linear
+from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period, not_linear, upstream_of
 from proofmass.runner.analysis.linearisation.map_changes import LOOKS
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import FROZEN, LONGEST_ORBIT, STARTS_UP, WAITED
@@ -197,7 +197,7 @@ def analog_rates(
     """
     n, time = len(group.states), memory.tick * plan.period
     begin = memory.copy()
-    upstream = blocks_of_map(plan, (), [(name, "") for name in group.members], True)[0]
+    upstream = upstream_of(plan, group.members)
     constants, wires = _Instant(replace(plan, solvers=()), begin, upstream, (), (), False, by_parameters).known()
     held = [getattr(begin.states[block], field) for block, field in group.states]
     moving = [j for j, kind in enumerate(group.kinds) if kind is float]

@@ -1,7 +1,7 @@
 """The blocks of a map between wires, when they tick together again, and notes on them."""
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 
 from proofmass.blocks.declaration.declare import BlockType
 from proofmass.blocks.declaration.problem import Problem
@@ -30,12 +30,17 @@ def blocks_of_map(
     plan: Plan, inputs: Sequence[Endpoint], outputs: Sequence[Endpoint], everything: bool, noise: Collection[str] = ()
 ) -> tuple[set[str], set[str]]:
     """Blocks that the outputs depend on, and those of them that the map has the states of."""
-    read = {name for name, _ in outputs}
-    upstream = read | reached(turned(plan.readers), read)
+    upstream = upstream_of(plan, (name for name, _ in outputs))
     if everything:
         return upstream, upstream
     noisy = {*noise} | reached(plan.readers, noise)
     return upstream, upstream & (_downstream(plan, inputs) | noisy)
+
+
+def upstream_of(plan: Plan, names: Iterable[str]) -> set[str]:
+    """Return some blocks and those that they depend on."""
+    own = {*names}
+    return own | reached(turned(plan.readers), own)
 
 
 def _downstream(plan: Plan, inputs: Sequence[Endpoint]) -> set[str]:

@@ -18,8 +18,9 @@ import math
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.model.digraph import loops, turned, with_following
+from proofmass.graphs.model.digraph import loops
 from proofmass.runner.analysis.linearisation.forward import Course
+from proofmass.runner.analysis.linearisation.map_blocks import upstream_of
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.host.progress import Progress
@@ -34,7 +35,7 @@ def settled_tick(course: Course, progress: Progress | None = None) -> int:
     """Return the base tick by which the loops have settled; raises `ModelError` that names what still moves."""
     plan = course.plan
     looped = set[str]().union(*loops(plan.readers))
-    names = sorted(with_following(looped, turned(plan.readers).__getitem__))
+    names = sorted(upstream_of(plan, looped))
     ticks = math.lcm(*(plan.schedule.divisors[name] for name in looped)) if looped else 1
     begin = {entry: x for entry, x in NO_RINGS.states_of(start(plan), names) if isinstance(x, float)}
     entries, own = tuple(begin), np.array([name in looped for name, _, _ in begin], dtype=bool)

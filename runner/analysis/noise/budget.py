@@ -20,7 +20,7 @@ from proofmass.runner.analysis.decisions.truths import decided_by_noise
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
-from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period
+from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period, upstream_of
 from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, UnrepeatedError
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint
@@ -169,7 +169,7 @@ def _budget_about(
         return about, noisy, whole, to_output
 
     drawing = noise_blocks(planned)
-    upstream = _upstream(planned, target[0]) & drawing.keys()
+    upstream = upstream_of(planned, target[:1]) & drawing.keys()
     if not upstream:
         raise _no_noise(planned, output, 0)
     first = common_period(planned, sources, [target], noise=drawing)  # in tick 0 processes start
@@ -334,12 +334,8 @@ def behind_sources(planned: Plan, outputs: Sequence[str]) -> list[str]:
     """Return the outputs that have a source of noise upstream; all of them if none has."""
     drawing = noise_blocks(planned).keys()
     blocks = {output: inside(planned.graph.root, output).rpartition(".")[0] for output in outputs}
-    heard = [output for output, block in blocks.items() if _upstream(planned, block) & drawing]
+    heard = [output for output, block in blocks.items() if upstream_of(planned, [block]) & drawing]
     return heard or [*outputs]
-
-
-def _upstream(planned: Plan, block: str) -> set[str]:
-    return blocks_of_map(planned, (), [(block, "")], False)[0]
 
 
 def _silence(about: Linearisation, target: Endpoint, sources: int, noisy: Noisy) -> ModelError:

@@ -29,7 +29,7 @@ from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints, linearised
 from proofmass.runner.analysis.linearisation.linearise import node_of
-from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map
+from proofmass.runner.analysis.linearisation.map_blocks import upstream_of
 from proofmass.runner.analysis.noise.covariances import Covariances, CovarianceTicks, Stretch
 from proofmass.runner.analysis.noise.grids import errors_along
 from proofmass.runner.derivatives.dual_noise import Followed, given, one_model_each, reached
@@ -163,7 +163,7 @@ def followed(
         drawn = reached(planned, given(planned, (Deviate,)))
         noisy = {name: models for name, models in noisy.items() if name in drawn}
     begin = begin or start(planned.without_noise)
-    upstream, first = blocks_of_map(planned, (), nodes, False, noisy)[0], begin.tick
+    upstream, first = upstream_of(planned, (name for name, _ in nodes)), begin.tick
     course = course or about.course
     code = course.slopes(ticks - first, True, upstream) if one_model_each(noisy) else None
     errors = errors_along(planned, course.at, Ends((), tuple(nodes), noise=noisy), ticks, code)
