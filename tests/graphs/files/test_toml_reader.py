@@ -159,6 +159,13 @@ probes, rate, requirements, and 6 more."""
     )
 
 
+def test_a_wrong_rate_is_told_beside_an_unknown_key() -> None:
+    kind = 'kind = "MassSpringDamper"'
+    told = said(('name = "a mass and a converter"', 'nmae = "x"'), (kind, f'{kind}\nrate = "1 kHz"'))
+    assert "did you mean name?" in told
+    assert "a continuous block has no rate" in told
+
+
 def test_keys_of_studies_in_a_graph() -> None:
     name = 'name = "a mass and a converter"'
     assert "studies have runs: write runs = ... below [study], or in a study file" in said((name, f"{name}\nruns = 3"))
