@@ -18,6 +18,7 @@ MOST_CROSSOVERS = 64  # that are listed: a wire with many values in a period has
 _PER_DECADE = 60
 _MOST_TURNS = 64  # of the circle that a picture shows in detail
 _DENSITIES = (4, 16)  # points for each pole and turn, evenly spaced: of many turns and of few
+_BROAD = 0.25  # in a period: modes that decay faster show at points so dense
 _TOLD = 1e8  # condition number up to which floating point gives L reliably
 _AGREEING = 1e-6  # of a response by columns and by rows
 _DISAGREEING = 1e-3  # of L, or of a thousandth where L is smaller
@@ -43,7 +44,7 @@ def sweep(system: OpenLoop) -> Array:
     points = [np.geomspace(lowest, last, 2 + int(_PER_DECADE * math.log10(last / lowest)))]
     if not system.continuous:
         points.append(np.linspace(0.0, last, density * (len(poles) + 16) * turns)[1:])
-    for log in logs[np.abs(logs.real) < density / _DENSITIES[1]]:
+    for log in logs if system.continuous else logs[np.abs(logs.real) < _BROAD]:
         for turn in range(turns):
             centre = abs(log.imag) + 2.0 * math.pi * turn
             width = max(abs(log.real), 1e-9 * abs(log), _NARROWEST if turn else 0.0)

@@ -181,6 +181,33 @@ def test_the_critical_factors_make_it_unstable() -> None:
     assert np.max(np.linalg.eigvals(turn - np.diag(inside) @ seen).real) < 0.0
 
 
+@pytest.mark.defect("S857", before="0.227, the room of the other loop", after="0.0510")
+def test_a_narrow_resonance_beside_another_loop_is_not_passed_over() -> None:
+    """k w^2 / (s^2 + 2 z w s + w^2) of 1 kHz moves a servo that leaves 0.227 alone, and is not moved back."""
+    k, z, w = 0.04, 1e-3, 2000.0 * math.pi
+    blocks: dict[str, Block] = {
+        "x": TransferFunction(numerator=(w * w,), denominator=(1.0, 2.0 * z * w, w * w)),
+        "y": TransferFunction(numerator=(50.0,), denominator=(1.0, 11.0, 10.0, 0.0)),
+        "back_x": Gain(gain=-k),
+        "back_y": Gain(gain=-1.0),
+        "sum": Sum(),
+    }
+    wires = [
+        "back_x.output -> x.input",
+        "x.strictly_proper_part -> back_x.input",
+        "x.strictly_proper_part -> sum.first",
+        "back_y.output -> sum.second",
+        "sum.output -> y.input",
+        "y.strictly_proper_part -> back_y.input",
+    ]
+    found = margins_together(
+        Graph(name="two", rate=1000, blocks=blocks, wires=wires), ["back_x.output", "back_y.output"]
+    )
+    s = 1j * w * np.linspace(1.0, 1.05, 50_001)
+    loop = k * w * w / (s * s + 2.0 * z * w * s + w * w)
+    assert found.margin == pytest.approx(1.0 / np.max(np.abs(1.0 / (1.0 + loop) - 0.5)), rel=1e-6)
+
+
 @pytest.mark.exhaustive
 def test_a_sampled_and_a_continuous_loop_are_refused_together() -> None:
     graph = satellite()

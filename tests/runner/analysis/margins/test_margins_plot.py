@@ -106,6 +106,15 @@ def test_a_gain_margin_at_the_end_of_the_axis_is_written_within_the_panel() -> N
     assert panel.bbox.x0 < left < right < panel.bbox.x1 + 1.0, "to a pixel"
 
 
+@pytest.mark.defect("S857", before="a peak of -31 dB, that of the nearest point of the grid", after="-6 dB")
+def test_the_peak_of_a_narrow_resonance_is_drawn() -> None:
+    """k w^2 / (s^2 + 2 z w s + w^2) of 1 kHz rises to k / (2 z)."""
+    k, z, w = 1e-3, 1e-3, 2000.0 * math.pi
+    found = margins(servo(numerator=(k * w * w,), denominator=(1.0, 2.0 * z * w, w * w)), "error.output")
+    drawn = np.asarray(plot_margins(found).axes[0].lines[0].get_ydata(), dtype=float)
+    assert drawn.max() == pytest.approx(20.0 * math.log10(k / (2.0 * z)), abs=0.01)
+
+
 @pytest.mark.parametrize("poles", [1, 2])
 def test_a_phase_of_one_or_two_integrators_is_seen_between_both(poles: int) -> None:
     """It is -90 or -180 degrees at any frequency: its distance from -180 degrees is the margin."""
