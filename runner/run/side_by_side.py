@@ -12,7 +12,7 @@ from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.keys import WireOf
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import varied
-from proofmass.runner.targets.machine_code import vector_bits
+from proofmass.runner.targets.machine_code import has_wide_vectors
 from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
 
 LEAST = 8  # lanes
@@ -26,7 +26,7 @@ def lane_counts() -> tuple[int, ...]:
     Measured: 32 lanes suit vectors of 512 bits. Where they have 256 bits and half as many
     registers, 16 are faster by a quarter in closed loops; where they have 128, 16 and 32 are alike.
     """
-    return (32, 16, LEAST) if vector_bits() >= 512 else (16, LEAST)
+    return (32, 16, LEAST) if has_wide_vectors() else (16, LEAST)
 
 
 def lanes_for(runs: int, size: int) -> int:

@@ -149,10 +149,10 @@ def optimise(module: Any, machine: Any, settings: Settings = ALONE) -> None:
 
 def machine_of(settings: Settings = ALONE) -> Any:
     _begin()
-    features = llvm.get_host_cpu_features()
+    unlimited = ",-prefer-256-bit" if settings.wide and has_wide_vectors() else ""
     return llvm.Target.from_default_triple().create_target_machine(
         cpu=llvm.get_host_cpu_name(),
-        features=features.flatten() + (",-prefer-256-bit" if settings.wide and features.get("avx512f") else ""),
+        features=llvm.get_host_cpu_features().flatten() + unlimited,
         opt=settings.selection,
         reloc="pic",
         codemodel="jitdefault",
@@ -161,10 +161,9 @@ def machine_of(settings: Settings = ALONE) -> Any:
 
 
 @cache
-def vector_bits() -> int:
-    """Bits of the widest vector of numbers that the processor at hand computes with."""
-    features = llvm.get_host_cpu_features()
-    return next((bits for name, bits in (("avx512f", 512), ("avx", 256)) if features.get(name)), 128)
+def has_wide_vectors() -> bool:
+    """Return whether the processor at hand computes with vectors of 512 bits."""
+    return bool(llvm.get_host_cpu_features().get("avx512f"))
 
 
 @cache
