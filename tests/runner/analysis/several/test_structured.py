@@ -42,3 +42,10 @@ def test_closed_forms() -> None:
     units = np.array([[0.0, 1e12], [1e-12, 0.0]], dtype=complex)
     assert upper_bound(units, [1, 1]).bound == pytest.approx(1.0, rel=1e-9), "whatever the units of the wires"
     assert upper_bound(np.zeros((2, 2), dtype=complex), [1, 1]).bound == 0.0
+
+
+def test_a_matrix_of_rank_one() -> None:
+    """The factors turn all products of its column and its row to one phase."""
+    column, row = np.array([1.0, 2j, -0.5]), np.array([3.0, 1.0 - 1j, 2.0])
+    found, _ = lower_bound(np.outer(column, row), [1, 1, 1])
+    assert found == pytest.approx(np.abs(column) @ np.abs(row), rel=1e-9)
