@@ -8,7 +8,8 @@ the pole leaves the circle, to the side to which it leaves it as phi grows: the 
 each q are counted.
 
 Where no value of a period depends on an earlier one of it, as behind a demodulator or an average,
-no register is needed, and the pairs are those of `LateValues`.
+no register is needed, and the pairs are those of `LateValues`. Of many values that depend on each
+other, loops of many delays are followed (`followed_delays`).
 """
 
 import math
@@ -19,11 +20,12 @@ import numpy as np
 
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.tick_maps import others
+from proofmass.runner.analysis.margins.followed_delays import MOST_FOLLOWED, stable_delay
 from proofmass.runner.analysis.margins.late_values import HALF_TURN, CircleCrossing, LateValues, at_half_turn
 from proofmass.runner.host.arrays import Array, Complex
 
 _MOST_VALUES = 24  # in a period of any delay, where they depend on each other
-_COUNTED = 64  # values of longer periods
+_COUNTED = 64  # values of longer periods, whose ticks are not known one by one
 _TURNS = 180  # of half the circle
 _HALVED = 48  # times that a step of it is
 _OUTSIDE = 1.0 + 1e-12
@@ -36,27 +38,32 @@ _Parts = tuple[Array, Array, Array, Array]
 def delay_margin(system: OpenLoop) -> float | None:
     """Seconds of whole values of the wire before the first that makes the loop unstable; None if none does."""
     parts, values, apart = system.matrices, system.per_period, LateValues.of(system)
-    counted = _is_counted(system, apart)
-    one_by_one = range(1, _COUNTED + 1 if counted else values)
+    looked = _looked_at(system, apart)
+    if looked and system.map.ticks is not None:
+        return stable_delay(system.map.ticks) * system.sample
+    one_by_one = range(1, looked + 1 if looked else values)
     sizes = (_size(_delayed(parts, late)) for late in one_by_one) if apart is None else apart.sizes()
     for before, size in enumerate(sizes):
         if size >= _OUTSIDE:
             return before * system.sample
-    if counted:
-        return _COUNTED * system.sample
+    if looked:
+        return looked * system.sample
     turned = (_on_circle(_delayed(parts, late)) for late in range(values))
     periods = map(_first_unstable, turned if apart is None else apart.on_circle())
     found = [late + values * number for late, number in enumerate(periods) if number is not None]
     return (min(found) - 1) * system.sample if found else None
 
 
-def only_counted(system: OpenLoop, delay: float) -> bool:
-    """Return whether a delay margin is where the counting ended."""
-    return delay == _COUNTED * system.sample and _is_counted(system, LateValues.of(system))
+def is_at_least(system: OpenLoop, delay: float) -> bool:
+    """Return whether a delay margin is the largest delay that was looked at."""
+    return delay == _looked_at(system, LateValues.of(system)) * system.sample
 
 
-def _is_counted(system: OpenLoop, apart: LateValues | None) -> bool:
-    return apart is None and system.per_period > _MOST_VALUES
+def _looked_at(system: OpenLoop, apart: LateValues | None) -> int:
+    """Return the largest delay that is looked at, in values; 0 if all are."""
+    if apart is not None or system.per_period <= _MOST_VALUES:
+        return 0
+    return _COUNTED if system.map.ticks is None else MOST_FOLLOWED
 
 
 def _delayed(parts: _Parts, late: int) -> _Parts:

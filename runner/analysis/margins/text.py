@@ -6,7 +6,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.shown_units import prefix
 from proofmass.runner.analysis.linearisation.poles import Pole
-from proofmass.runner.analysis.margins.delays import only_counted
+from proofmass.runner.analysis.margins.delays import is_at_least
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity
@@ -139,7 +139,7 @@ def _delay(margins: Margins, delay: float) -> str:
     text = seconds_text(delay)
     if not margins.sample:
         return text
-    more = ", or more" if only_counted(margins.system, delay) else ""
+    more = ", or more" if is_at_least(margins.system, delay) else ""
     return f"{text} ({delay / margins.sample:.2f} samples){more}"
 
 

@@ -54,12 +54,21 @@ def test_an_integrator_of_small_gains(low: float) -> None:
 
     The mean is right to its square, so the delay is compared to one value.
     """
-    mean = 0.5 * (low + 0.012)
+    check_integrator((low, 0.012))
+
+
+@pytest.mark.defect("H872", before="64 ms, or more", after="the largest delay that is stable")
+@pytest.mark.parametrize("mean", [0.006, 0.03, pytest.param(0.001, marks=pytest.mark.exhaustive)])
+def test_an_integrator_of_forty_small_gains(mean: float) -> None:
+    check_integrator(tuple((2.0 * mean * np.random.default_rng(3).permutation(40) / 39.0).tolist()))
+
+
+def check_integrator(gains: tuple[float, ...]) -> None:
+    mean = float(np.mean(gains))
     delay = 0.5 * (0.5 * math.pi / math.asin(0.5 * mean) - 1.0)
-    found = proofmass.margins(integrator((low, 0.012)), "main")
+    found = proofmass.margins(integrator(gains), "main")
     assert found.delay_margin is not None
     assert found.delay_margin == pytest.approx(1e-3 * delay, abs=1.1e-3)
-    assert delay > 100.0
 
 
 RATIO = 30  # values of the wire in a period

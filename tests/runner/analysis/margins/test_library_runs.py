@@ -25,7 +25,7 @@ from proofmass.graphs.model.flatten import flatten
 from proofmass.runner.analysis.linearisation.find_loops import find_loops
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import loops_of
-from proofmass.runner.analysis.margins.delays import only_counted
+from proofmass.runner.analysis.margins.delays import is_at_least
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.stability import margins_or_reasons
 from proofmass.runner.planning.plan import plan
@@ -228,7 +228,7 @@ def late(found: Margins) -> Iterator[Case]:
     inside, outside = ticks * (1.0 - PART), ticks * (1.0 + PART)
     if found.system.per_period > 1:
         inside, outside = float(round(ticks) - int(ticks * PART)), float(round(ticks) + max(1, int(ticks * PART)))
-    counted = only_counted(found.system, found.delay_margin)
+    counted = is_at_least(found.system, found.delay_margin)
     longest = None if counted else Change(0.0, 1.0, outside)
     assert outside < LONGEST - 1, "no line is as long"
     frequency = found.delay_margin_frequency or next(iter(found.gain_crossovers), 0.0)
