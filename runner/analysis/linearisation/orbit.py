@@ -52,7 +52,7 @@ LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks and periods of a map ove
 WAITED = 2  # least number of periods that a waiting switch stands still
 _SETTLED_IN = 3.0  # time constants of a loop that a switch lets it be before it is told as before
 _FORGOTTEN, _STRETCHES = 8.0, 3  # time constants of the lowest crossover in a stretch, number
-_NEARLY = 1.1  # by how much these may be more
+_ENOUGH = 2.5  # times as many as a stretch may have
 _SLOW = 50_000  # periods times blocks of a stretch, in plain Python
 _LATER = 64  # periods by which a stretch may be longer, to end where the orbit is nearly back
 _FEW = 256  # periods, up to which it may be twice as long
@@ -213,17 +213,17 @@ class OrbitSearch:
         return OrbitPoint(whole, periods, (note,), others=tuple(others))
 
     def _forgotten(self, first: PeriodMap) -> int:
-        """Return the number of periods in which a loop forgets itself, by its crossover over about as many; else 0.
+        """Return the number of periods in which a loop forgets itself; 0 if they are too many.
 
-        Its crossover in one period is that of the carrier's place there.
+        The crossover in one period is that of the carrier's place there: that in about as many tells.
         """
         periods, of = 1, first
         while self._ends.cut:
             crossovers = self._run.crossovers(of)
-            times = _FORGOTTEN / (2.0 * math.pi * crossovers[0] * self._period) if crossovers else _FEW * (periods < 2)
-            if times <= _NEARLY * periods:
-                return periods * bool(crossovers)
-            wanted = min(math.ceil(times), self._longest, _FEW if periods < _FEW else self._longest)
+            times = _FORGOTTEN / (2.0 * math.pi * crossovers[0] * self._period) if crossovers else math.inf
+            if times <= _ENOUGH * periods:
+                return periods
+            wanted = min(math.ceil(times) if times <= self._longest else _FEW, self._longest)
             slow = self._run.course.slopes() is None and wanted * len(self._run.moving) > _SLOW
             if wanted <= periods or slow:
                 return 0

@@ -20,12 +20,12 @@ import numpy as np
 
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.tick_maps import others
-from proofmass.runner.analysis.margins.followed_delays import MOST_FOLLOWED, stable_delay
+from proofmass.runner.analysis.margins.followed_delays import stable_delay
 from proofmass.runner.analysis.margins.late_values import HALF_TURN, CircleCrossing, LateValues, at_half_turn
 from proofmass.runner.host.arrays import Array, Complex
 
 _MOST_VALUES = 24  # in a period of any delay, where they depend on each other
-_COUNTED = 64  # values of longer periods, whose ticks are not known one by one
+_COUNTED, _FOLLOWED = 64, 4_096  # values of longer periods, without crossovers or ticks known one by one, and with both
 _TURNS = 180  # of half the circle
 _HALVED = 48  # times that a step of it is
 _OUTSIDE = 1.0 + 1e-12
@@ -35,35 +35,43 @@ _STILL = 1e-9  # distance from the circle of such a pole
 _Parts = tuple[Array, Array, Array, Array]
 
 
-def delay_margin(system: OpenLoop) -> float | None:
-    """Seconds of whole values of the wire before the first that makes the loop unstable; None if none does."""
+def delay_margin(system: OpenLoop, crossovers: Sequence[float]) -> float | None:
+    """Seconds of whole values of the wire before the first that makes the loop unstable; None if none does.
+
+    Take the gain crossovers in Hz.
+    """
     parts, values, apart = system.matrices, system.per_period, LateValues.of(system)
-    looked = _looked_at(system, apart)
-    if looked and system.map.ticks is not None:
-        return stable_delay(system.map.ticks) * system.sample
-    one_by_one = range(1, looked + 1 if looked else values)
+    longest = longest_delay(system, crossovers, apart)
+    if longest and system.map.ticks is not None:
+        return stable_delay(system.map.ticks, longest) * system.sample
+    one_by_one = range(1, longest + 1 if longest else values)
     sizes = (_size(_delayed(parts, late)) for late in one_by_one) if apart is None else apart.sizes()
     for before, size in enumerate(sizes):
         if size >= _OUTSIDE:
             return before * system.sample
-    if looked:
-        return looked * system.sample
+    if longest:
+        return longest * system.sample
     turned = (_on_circle(_delayed(parts, late)) for late in range(values))
     periods = map(_first_unstable, turned if apart is None else apart.on_circle())
     found = [late + values * number for late, number in enumerate(periods) if number is not None]
     return (min(found) - 1) * system.sample if found else None
 
 
-def is_at_least(system: OpenLoop, delay: float) -> bool:
-    """Return whether a delay margin is the largest delay that was looked at."""
-    return delay == _looked_at(system, LateValues.of(system)) * system.sample
+def longest_delay(system: OpenLoop, crossovers: Sequence[float], apart: LateValues | None) -> int:
+    """Return the longest delay that is looked at, in values; 0 if all are.
 
-
-def _looked_at(system: OpenLoop, apart: LateValues | None) -> int:
-    """Return the largest delay that is looked at, in values; 0 if all are."""
+    A turn at the lowest crossover is more than any margin that the loop has there.
+    """
     if apart is not None or system.per_period <= _MOST_VALUES:
         return 0
-    return _COUNTED if system.map.ticks is None else MOST_FOLLOWED
+    if system.map.ticks is None or not crossovers:
+        return _COUNTED
+    return int(np.clip(1.0 / (min(crossovers) * system.sample), _COUNTED, _FOLLOWED))
+
+
+def is_at_least(system: OpenLoop, crossovers: Sequence[float], delay: float) -> bool:
+    """Return whether a delay margin is the longest delay that was looked at."""
+    return delay == longest_delay(system, crossovers, LateValues.of(system)) * system.sample
 
 
 def _delayed(parts: _Parts, late: int) -> _Parts:

@@ -15,8 +15,7 @@ import numpy as np
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps
 from proofmass.runner.host.arrays import Array, Integers
 
-MOST_FOLLOWED = 4_096  # the largest delay in values
-_STAGES = (64, 256, 1_024, MOST_FOLLOWED)  # up to which delays are followed at once
+_FIRST, _MORE = 64, 4  # values up to which delays are followed at once, and how many times as many in the next stage
 _APART = 1.015  # factor between two of them
 _LEAST, _MOST = 6, 60  # turns in which the slowest pole should be left alone
 _TOLD = 100.0  # times what else is left, by which its size has to differ from one
@@ -25,11 +24,12 @@ _ALIKE = 1e-12  # of the determinant of two turns that are alike but for a facto
 _UNSTABLE = 1.0 + 1e-9
 
 
-def stable_delay(maps: TickMaps) -> int:
-    """Return the number of values before the first delay that makes a stable loop unstable, or the largest."""
+def stable_delay(maps: TickMaps, longest: int) -> int:
+    """Return the number of values before the first delay that makes a stable loop unstable, or the longest."""
     low = 0
-    for high in _STAGES:
-        steps = math.ceil(math.log(high / (low + 1)) / math.log(_APART))
+    while low < longest:
+        high = min(_MORE * low or _FIRST, longest)
+        steps = 2 + int(math.log(high / (low + 1)) / math.log(_APART))
         late = np.unique(np.round(np.geomspace(low + 1, high, steps)).astype(np.int64))
         place = _first_unstable(maps, late)
         if place is not None:

@@ -61,7 +61,7 @@ def figures_of(system: OpenLoop, stable: bool) -> Figures:
         gain_margin=None if math.isinf(high) else high,
         gain_reduction=low or None,
         phase_margin=critical_turn(system),
-        delay_margin=delay_margin(system),
+        delay_margin=delay_margin(system, every.gain_crossovers),
         disk_margin=1.0 / _peak(system, 0.5, closed)[1],
         sensitivity_peak=peak,
         sensitivity_peak_frequency=at * hertz,

@@ -156,7 +156,7 @@ def margins_at(system: OpenLoop, loop: str, open_at: str) -> Margins:
         axis = scalar.axis_of(visible.transfer, sampled, [pole.value for pole in poles])
         figures = scalar.figures_of(axis, period, verdict == "stable")
         if system.per_period > 1 and verdict == "stable":
-            figures = replace(figures, delay_margin=delay_margin(system))
+            figures = replace(figures, delay_margin=delay_margin(system, figures.gain_crossovers))
         poles_apart = [mode.pole for mode in hidden for _ in range(mode.times)]
         check_by_sweep(system, loop, axis.values, figures, poles_apart)
     return Margins(

@@ -139,7 +139,7 @@ def _delay(margins: Margins, delay: float) -> str:
     text = seconds_text(delay)
     if not margins.sample:
         return text
-    more = ", or more" if is_at_least(margins.system, delay) else ""
+    more = ", or more" if is_at_least(margins.system, margins.gain_crossovers, delay) else ""
     return f"{text} ({delay / margins.sample:.2f} samples){more}"
 
 

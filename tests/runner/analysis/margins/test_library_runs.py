@@ -228,7 +228,7 @@ def late(found: Margins) -> Iterator[Case]:
     inside, outside = ticks * (1.0 - PART), ticks * (1.0 + PART)
     if found.system.per_period > 1:
         inside, outside = float(round(ticks) - int(ticks * PART)), float(round(ticks) + max(1, int(ticks * PART)))
-    counted = is_at_least(found.system, found.delay_margin)
+    counted = is_at_least(found.system, found.gain_crossovers, found.delay_margin)
     longest = None if counted else Change(0.0, 1.0, outside)
     assert outside < LONGEST - 1, "no line is as long"
     frequency = found.delay_margin_frequency or next(iter(found.gain_crossovers), 0.0)
