@@ -19,8 +19,8 @@ from itertools import pairwise
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.linearisation.tick_maps import others
-from proofmass.runner.analysis.margins.followed_delays import stable_delay
+from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, others
+from proofmass.runner.analysis.margins.followed_delays import NEAR, stable_delay
 from proofmass.runner.analysis.margins.late_values import HALF_TURN, CircleCrossing, LateValues, at_half_turn
 from proofmass.runner.host.arrays import Array, Complex
 
@@ -42,15 +42,12 @@ def delay_margin(system: OpenLoop, crossovers: Sequence[float]) -> float | None:
     """
     parts, values, apart = system.matrices, system.per_period, LateValues.of(system)
     longest = longest_delay(system, crossovers, apart)
-    if longest and system.map.ticks is not None:
-        return stable_delay(system.map.ticks, longest) * system.sample
-    one_by_one = range(1, longest + 1 if longest else values)
-    sizes = (_size(_delayed(parts, late)) for late in one_by_one) if apart is None else apart.sizes()
+    if longest:
+        return _nearest(parts, longest, system.map.ticks) * system.sample
+    sizes = (_size(_delayed(parts, late)) for late in range(1, values)) if apart is None else apart.sizes()
     for before, size in enumerate(sizes):
         if size >= _OUTSIDE:
             return before * system.sample
-    if longest:
-        return longest * system.sample
     turned = (_on_circle(_delayed(parts, late)) for late in range(values))
     periods = map(_first_unstable, turned if apart is None else apart.on_circle())
     found = [late + values * number for late, number in enumerate(periods) if number is not None]
@@ -72,6 +69,22 @@ def longest_delay(system: OpenLoop, crossovers: Sequence[float], apart: LateValu
 def is_at_least(system: OpenLoop, crossovers: Sequence[float], delay: float) -> bool:
     """Return whether a delay margin is the longest delay that was looked at."""
     return delay == longest_delay(system, crossovers, LateValues.of(system)) * system.sample
+
+
+def _nearest(parts: _Parts, longest: int, ticks: TickMaps | None) -> int:
+    """Return the number of values before the first delay that makes the loop unstable, or the longest.
+
+    It is the first from zero on, or from where loops that are followed become unstable: there poles
+    of few registers tell it.
+    """
+    delay = 0 if ticks is None else stable_delay(ticks, longest)
+    if delay >= NEAR:
+        return delay
+    while delay and _size(_delayed(parts, delay)) >= _OUTSIDE:
+        delay -= 1
+    while delay < longest and _size(_delayed(parts, delay + 1)) < _OUTSIDE:
+        delay += 1
+    return delay
 
 
 def _delayed(parts: _Parts, late: int) -> _Parts:

@@ -1,11 +1,11 @@
-"""Delay margin of a loop with many values in a period that depend on each other: loops of many delays
-are followed side by side, value by value.
+"""Delays of a wire with many values in a period that depend on each other: loops of many delays are
+followed side by side, value by value.
 
     x[k+1] = a[k] x[k] + b[k] u[k],   y[k] = c[k] x[k] + d[k] u[k],   u[k] = y[k - r]
 
-After a while the slowest pole, or the pair of it, alone is left of any start. What the wire holds
-then obeys s[m+2] = e s[m+1] + f s[m], from a turn of some periods to the next, and the larger root
-of z^2 = e z + f is its size. Delays are some hundredths apart, but where the first is unstable.
+After a while the slowest pole, or the pair of it, is nearly all that is left of any start. What the
+wire holds then obeys s[m+2] = e s[m+1] + f s[m], from a turn of some periods to the next, and the
+larger root of z^2 = e z + f is about its size.
 """
 
 import math
@@ -16,33 +16,36 @@ from proofmass.runner.analysis.linearisation.tick_maps import TickMaps
 from proofmass.runner.host.arrays import Array, Integers
 
 _FIRST, _MORE = 64, 4  # values up to which delays are followed at once, and how many times as many in the next stage
-_APART = 1.015  # factor between two of them
-_LEAST, _MOST = 6, 60  # turns in which the slowest pole should be left alone
-_TOLD = 100.0  # times what else is left, by which its size has to differ from one
-_ALONE = 1e-4  # part that is nothing else
-_ALIKE = 1e-12  # of the determinant of two turns that are alike but for a factor
-_UNSTABLE = 1.0 + 1e-9
+NEAR = 256  # values from which on all delays between two are followed
+_APART = 1.03  # factor between two of them
+_LEAST, _MOST, _COMPARED = 8, 32, 6  # turns that are followed, and the last that are compared
+_TOLD = 10.0  # times that a size may be wrong, by which it has to differ from one
+_ALIKE = 1e-12  # of turns that are alike but for a factor
 
 
 def stable_delay(maps: TickMaps, longest: int) -> int:
-    """Return the number of values before the first delay that makes a stable loop unstable, or the longest."""
+    """Return the number of values before the first delay that makes a stable loop unstable, or the longest.
+
+    Delays are some hundredths apart: up to `NEAR` it is about the number.
+    """
     low = 0
     while low < longest:
         high = min(_MORE * low or _FIRST, longest)
         steps = 2 + int(math.log(high / (low + 1)) / math.log(_APART))
         late = np.unique(np.round(np.geomspace(low + 1, high, steps)).astype(np.int64))
         place = _first_unstable(maps, late)
-        if place is not None:
-            near = np.arange(int(late[place - 1]) + 1 if place else low + 1, int(late[place]) + 1)
-            nearest = _first_unstable(maps, near)
-            return int(near[-1 if nearest is None else nearest]) - 1
-        low = high
+        if place is None:
+            low = high
+            continue
+        low = int(late[place - 1]) if place else low
+        between = _first_unstable(maps, np.arange(low + 1, int(late[place]) + 1)) if low >= NEAR else 0
+        return int(late[place]) - 1 if between is None else low + between
     return low
 
 
 def _first_unstable(maps: TickMaps, late: Integers) -> int | None:
     with np.errstate(over="ignore", invalid="ignore"):  # of loops that grow beyond all numbers
-        unstable = np.flatnonzero(~(_sizes(maps, late) <= _UNSTABLE))
+        unstable = np.flatnonzero(~(_sizes(maps, late) <= 1.0))
     return int(unstable[0]) if len(unstable) else None
 
 
@@ -62,22 +65,29 @@ def _sizes(maps: TickMaps, late: Integers) -> Array:
             x = maps.a[place] @ x + maps.b[place][:, None] * given
         scale = np.maximum(np.max(np.abs(wire), axis=0), 1e-300)
         x, wire = x / scale, wire / scale
-        shown = [*(before / scale for before in shown[-2:]), np.roll(wire, -((first + turn) % most), axis=0)]
+        shown = [
+            *(before / scale for before in shown[1 - _COMPARED :]),
+            np.roll(wire, -((first + turn) % most), axis=0),
+        ]
         if first >= _LEAST * turn:
-            sizes, rest = _slowest(*shown)
-            if not np.any((np.abs(sizes - 1.0) <= _TOLD * rest) & (rest >= _ALONE)):
+            sizes, wrong = _slowest(np.array(shown))
+            if not np.any(np.abs(sizes - 1.0) <= _TOLD * wrong):
                 break
     return sizes
 
 
-def _slowest(before: Array, once: Array, twice: Array) -> tuple[Array, Array]:
-    """Return the larger root of z^2 = e z + f, and the part of the last turn that is nothing of it."""
-    gram = np.einsum("ikr,jkr->ijr", np.array([before, once, twice]), np.array([before, once, twice]))
-    determinant = gram[0, 0] * gram[1, 1] - gram[0, 1] ** 2
-    pair = determinant > _ALIKE * gram[0, 0] * gram[1, 1]
-    divisor = np.where(pair, determinant, 1.0)
+def _slowest(turns: Array) -> tuple[Array, Array]:
+    """Return the larger root of z^2 = e z + f for each delay, and by how much it may be wrong."""
+    lags = np.array([turns[lag : len(turns) - 2 + lag].reshape(-1, turns.shape[-1]) for lag in range(3)])
+    before, once, twice = lags
+    gram = np.einsum("ikr,jkr->ijr", lags, lags)
+    apart = gram[0, 0] * gram[1, 1] - gram[0, 1] ** 2
+    alike = apart / (gram[0, 0] * gram[1, 1])  # the square of the sine between one turn and the next
+    pair = alike > _ALIKE
+    divisor = np.where(pair, apart, 1.0)
     f = np.where(pair, (gram[0, 2] * gram[1, 1] - gram[1, 2] * gram[0, 1]) / divisor, 0.0)
     e = np.where(pair, (gram[1, 2] * gram[0, 0] - gram[0, 2] * gram[0, 1]) / divisor, gram[1, 2] / gram[1, 1])
     root = np.sqrt(e * e + 4.0 * f + 0.0j)
     rest = np.linalg.norm(twice - e * once - f * before, axis=0) / np.sqrt(gram[2, 2])
-    return 0.5 * np.maximum(np.abs(e + root), np.abs(e - root)), np.asarray(rest)
+    wrong = rest / np.sqrt(np.where(pair, alike, 1.0))
+    return 0.5 * np.maximum(np.abs(e + root), np.abs(e - root)), np.asarray(wrong)
