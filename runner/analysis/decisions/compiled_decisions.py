@@ -35,18 +35,24 @@ _PORT = "value_that_is_quantised"
 
 
 class Decisions(NamedTuple):
-    """Inputs of a quantiser with the levels that it chooses, a row each, and the first values of some sources."""
+    """What a quantiser is given, with the levels that it chooses, and some sources of noise as they are drawn."""
 
-    rows: Array  # value and level
-    sources: Array  # noise as it is drawn, a column each
+    values: Array
+    levels: Array
+    sources: Sequence[Array]
+
+    def settled(self, number: int) -> "Decisions":
+        """Return those after a number of decisions and as many as a loop takes to settle; of few the second half."""
+        first = min(number + SETTLING, len(self.values) // 2)
+        shown = [source[first : first + _SHOWN] for source in self.sources]
+        return Decisions(self.values[first:], self.levels[first:], shown)
 
 
 @dataclass(frozen=True)
 class CompiledRuns:
-    """Runs from tick 0 to some ticks for the decisions from a first tick on."""
+    """Runs from tick 0 to some ticks for the decisions from a first tick on, by block."""
 
-    plan: Plan
-    results: Sequence[Result]
+    decisions: Sequence[Mapping[str, Decisions]]
     first: int
     ticks: int
 
@@ -70,7 +76,7 @@ def compiled_runs(
     span: int,
     kept: KeptRuns,
 ) -> list[dict[str, Decisions]] | None:
-    """Return the decisions of each block from a tick on, (value, level) a row, with each seed.
+    """Return the decisions of each block from a tick on with each seed.
 
     The runs last for a `span` of base ticks, if that is not too few decisions, or too many. Those
     that are `kept` of an earlier tick will do if they go on for long enough. None for a graph that
@@ -83,11 +89,11 @@ def compiled_runs(
         if choose(watching, tick + ticks, "auto") != "compiled":
             return None
         options = (RunOptions(samples=tick + ticks, seed=seed) for seed in seeds)
-        results = [simulate_plan(watching, watching.graph.root, each) for each in options]
-        known = kept[key] = CompiledRuns(watching, results, tick, tick + ticks)
-    return [
-        {name: _decisions(known.plan, result, name, ports[name], tick) for name in ports} for result in known.results
-    ]
+        results = (simulate_plan(watching, watching.graph.root, each) for each in options)
+        runs = [{name: _decisions(watching, result, name, ports[name]) for name in ports} for result in results]
+        known = kept[key] = CompiledRuns(runs, tick, tick + ticks)
+    strides = {name: plan.stride((name, port)) for name, port in ports.items()}
+    return [{name: of.settled(tick // strides[name]) for name, of in run.items()} for run in known.decisions]
 
 
 def part_of(plan: Plan, upstream: AbstractSet[str], probes: Sequence[str], instead: Mapping[str, Block]) -> Plan:
@@ -164,19 +170,16 @@ def _without_levels(function: Any) -> Any:
     return copy
 
 
-def _decisions(watching: Plan, result: Result, name: str, port: str, tick: int) -> Decisions:
-    """Return the decisions from a tick on, in units of levels that the rule chooses."""
-    values, levels = (result[f"{name}.{each}"].values for each in (_PORT, port))
-    first = min(tick // result[f"{name}.{port}"].stride + SETTLING, len(values) // 2)
+def _decisions(watching: Plan, result: Result, name: str, port: str) -> Decisions:
+    """Return the decisions of a run in units of levels that the rule chooses, in the memory of its traces."""
+    values, levels = (np.asarray(result[f"{name}.{each}"].values, dtype=float) for each in (_PORT, port))
     low, high = float(levels.min()), float(levels.max())
     signs = reaches(type(watching.blocks[name]).output_functions[port].function, {two_level})
     step = (high - low) / (2.0 if signs else 1.0) or 1.0
-    rows = np.array([values[first:], levels[first:]]).T  # each column in one piece
-    rows -= low
-    rows /= step
-    if signs:
-        rows -= 1.0
+    for each in (values, levels):
+        each -= low
+        each /= step
+        each -= 1.0 if signs else 0.0
     telling = {p.node[0] for p in watching.probes if p.node[1] == _PORT}
-    sources = [p.signal for p in watching.probes if p.node[0] not in telling]
-    shown = [result[signal].values[first : first + _SHOWN] for signal in sources]
-    return Decisions(rows, np.column_stack(shown) if shown else np.zeros((0, 0)))
+    sources = [result[p.signal].values for p in watching.probes if p.node[0] not in telling]
+    return Decisions(values, levels, sources)

@@ -193,15 +193,16 @@ def _compared(plan: Plan, among: AbstractSet[str], outputs: list[Endpoint]) -> s
 
 def _one_bit(first: Decisions, second: Decisions, looped: bool) -> OneBit:
     """Return the gain that comes closest to the decisions of two runs, and the error left."""
-    count = min(len(first.rows), len(second.rows))
-    cycles = [_cycle(run.rows[:, 1]) for run in (first, second)]
-    if looped and all(cycles) and np.any(first.rows[:count, 0] != second.rows[:count, 0]):
+    count = min(len(first.values), len(second.values))
+    cycles = [_cycle(run.levels) for run in (first, second)]
+    if looped and all(cycles) and np.any(first.values[:count] != second.values[:count]):
         return OneBit(0.0, 0.0, count, None, 1.0, cycle=cycles[0])
-    alone = _of_one_run(first.rows[:_ALONE])
-    y, v = (_apart(first.rows[:count, i], second.rows[:count, i]) for i in (0, 1))
-    gain = _gain(y, v, [_apart(*both) for both in zip(first.sources.T, second.sources.T, strict=True)])
-    e = v - gain * y
-    variance = float(np.mean(e**2))
+    alone = _of_one_run(first.values[:_ALONE], first.levels[:_ALONE])
+    y, v = (_apart(first.values, second.values), _apart(first.levels, second.levels))
+    gain = _gain(y, v, list(map(_apart, first.sources, second.sources)))
+    y *= -gain
+    y += v
+    e, variance = y, float(np.mean(np.square(y, out=v)))  # pages taken anew cost more than what is written there
     if looped and variance <= _SAME * alone.variance:
         return alone
     repeating = max(0.0, 1.0 - variance / alone.variance) if alone.variance else 0.0
@@ -218,7 +219,10 @@ def _cycle(levels: Array) -> int:
 
 
 def _apart(first: Array, second: Array) -> Array:
-    return np.ascontiguousarray((first - second) / np.sqrt(2.0))
+    count = min(len(first), len(second))
+    apart = first[:count] - second[:count]
+    apart /= np.sqrt(2.0)
+    return apart
 
 
 def _gain(y: Array, v: Array, sources: list[Array]) -> float:
@@ -227,7 +231,9 @@ def _gain(y: Array, v: Array, sources: list[Array]) -> float:
     The effect of a source on y within some decisions is an instrument, as in econometrics: K = E[z
     v] / E[z y]. The part that finite means have by chance is subtracted.
     """
-    square, product = float(np.mean(y**2)), float(np.mean(y * v))
+    products = y * y
+    square = float(np.mean(products))
+    product = float(np.mean(np.multiply(y, v, out=products)))
     shared, both, chance = 0.0, 0.0, 0.0
     for source in sources:
         n, power = len(source), float(np.mean(source**2))
@@ -240,18 +246,18 @@ def _gain(y: Array, v: Array, sources: list[Array]) -> float:
     return product / square if square else 0.0
 
 
-def _of_one_run(decisions: Array) -> OneBit:
+def _of_one_run(values: Array, levels: Array) -> OneBit:
     """Return gain and error of a run that is like every other, without what moves slowly."""
-    whole = len(decisions) // _WINDOW * _WINDOW or len(decisions)
-    windows = decisions[:whole].reshape(-1, min(_WINDOW, whole), 2)
-    moving = windows - windows.mean(axis=1, keepdims=True)
-    lost = moving.shape[1] / max(moving.shape[1] - 1, 1)
-    y, v = moving[..., 0], moving[..., 1]
+    whole = len(values) // _WINDOW * _WINDOW or len(values)
+    windows = np.array([values[:whole], levels[:whole]]).reshape(2, -1, min(_WINDOW, whole))
+    y, v = windows - windows.mean(axis=2, keepdims=True)
+    long = y.shape[1]
+    lost = long / max(long - 1, 1)
     power = float(np.mean(y**2))
     gain = float(np.mean(y * v)) / power if power else 0.0
     e = v - gain * y
     variance = float(np.mean(e**2))
-    lags = range(1, min(_LAGS, moving.shape[1] - 1) + 1)
+    lags = range(1, min(_LAGS, long - 1) + 1)
     known = [float(np.mean(e[:, lag:] * e[:, :-lag])) / variance if variance else 0.0 for lag in lags]
     lag = int(np.argmax(np.abs(known))) if known else 0
     return OneBit(gain, variance * lost, whole, None, 1.0, known[lag] if known else 0.0, lag + 1)

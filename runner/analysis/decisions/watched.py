@@ -71,8 +71,7 @@ class Watched(PartInterpreter):
             for decisions in several:
                 decisions.clear()
         self.advance(self._memory.tick + ticks - first, ())
-        none = np.zeros((0, 0))
-        return {n: [Decisions(np.array(e), none) for e in several if e] for n, several in self._several.items()}
+        return {n: [Decisions(*np.array(e).T, ()) for e in several if e] for n, several in self._several.items()}
 
     def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
         if self._owner not in self._deciding:

@@ -20,7 +20,8 @@ JITTER = 0.05  # of a step, by which the times of a recording may be off equal s
 
 def refused_scatter(values: Array, name: str) -> Problem | None:
     """Return why moving values are too large or small for their squares, or None, without NaN."""
-    known = values[np.isfinite(values)]
+    finite = np.isfinite(values)
+    known = values if finite.all() else values[finite]  # no copy of many
     scatter = float(np.max(known)) - float(np.min(known)) if len(known) else 0.0
     if not scatter or _LEAST < scatter < _MOST:
         return None

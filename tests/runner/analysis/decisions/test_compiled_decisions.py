@@ -55,11 +55,11 @@ def test_decisions_count_once_the_loop_has_settled(
     planned = plan(graph)
     watching, _ = _watching(planned, set(planned.blocks) - {"elsewhere"}, ports, 0)
     result = simulate_plan(watching, watching.graph.root, RunOptions(samples=samples))
-    found = _decisions(watching, result, "bit", "sign", tick)
+    found = _decisions(watching, result, "bit", "sign").settled(tick)
     plain = simulate(replace(graph, probes=("total.output", "bit.sign")), samples=samples)
     expected = [np.asarray(plain[signal].values, dtype=float)[first:] for signal in ("total.output", "bit.sign")]
-    np.testing.assert_allclose(found.rows, np.column_stack(expected), rtol=0.0, atol=1e-12)
-    assert len(found.sources) == samples - first
+    np.testing.assert_allclose([found.values, found.levels], expected, rtol=0.0, atol=1e-12)
+    assert [len(source) for source in found.sources] == [samples - first]
 
 
 def test_short_spans_take_fewer_decisions_than_long_ones() -> None:

@@ -61,7 +61,7 @@ def test_decisions_that_no_noise_moves() -> None:
     values = repeating + 0.1 * SOURCE[: len(number)]
 
     def run(values: np.ndarray, levels: np.ndarray) -> Decisions:
-        return Decisions(np.stack([values, levels], axis=1), np.zeros((len(values), 0)))
+        return Decisions(values, levels, ())
 
     first, free = run(values, repeating), run(values + 0.01, other)
     moved = run(values + 0.01, np.where(number % 4 < 2, 1.0, -1.0))
@@ -86,7 +86,7 @@ def test_two_runs_tell_what_repeats_from_what_noise_does(size: float) -> None:
     for y_noise, v_noise in (apart[:2], apart[2:]):
         y = same + y_noise
         v = size * (0.5 * y + math.sqrt(2.0) * repeating + v_noise)
-        runs.append(Decisions(np.stack([y, v], axis=1), np.zeros((COUNT, 0))))
+        runs.append(Decisions(y, v, ()))
     for looped in (True, False):
         found = _one_bit(runs[0], runs[1], looped)
         assert found.gain == pytest.approx(0.5 * size, rel=0.1)

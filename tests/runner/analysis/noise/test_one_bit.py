@@ -259,9 +259,9 @@ def test_machine_code_sees_what_plain_python_sees() -> None:
     runs = compiled_runs(planned, 0, names, {"modulator": "output"}, (seed,), 0, {})
     assert runs is not None
     # In plain Python one tick more is run at first. Levels are 0 and 1, and a value of 0 is halfway.
-    seen = runs[0]["modulator"].rows[1 : count + 1]
-    assert seen[:, 0] == pytest.approx(watched["modulator"][0].rows[:, 0], abs=1e-12)
-    assert (seen[:, 1] == watched["modulator"][0].rows[:, 1]).all()
+    seen, known = runs[0]["modulator"], watched["modulator"][0]
+    assert seen.values[1 : count + 1] == pytest.approx(known.values, abs=1e-12)
+    assert (seen.levels[1 : count + 1] == known.levels).all()
 
 
 @pytest.mark.parametrize("level", [-0.4, 0.4])
