@@ -202,6 +202,7 @@ class SlopesInCode(CompiledLoop):
             self._check(found)
             self._keep(found._replace(tick=found.tick + (self.tick - self._first)), counts, told, entered)
             self._live, self.tick, chunk = live, until, most
+            self._wanted[:size] = lived  # others seldom live again
             self._renewing, self._chunk = renewing, 1 if renewing.any() else most
             sound = self.is_sound()
         return sound
