@@ -44,20 +44,24 @@ class ChangedResponse:
 
     def of_outputs(self, rows: Sequence[int], change: Array) -> Norms:
         """Return the norms where some rows of C change by so much."""
-        moved = change @ self._entered
+        own, change = _moving_columns(change)
+        moved = change @ self._entered[:, own]
         across = np.sum(self._c[rows] @ self._entered * moved.conj(), axis=(1, 2))
-        across += np.sum((change @ self._inverse) * (self._d[rows] @ self._b.T), axis=(1, 2))
+        across += np.sum((change @ self._inverse[:, own]) * (self._d[rows] @ self._b.T), axis=(1, 2))
         square = _square(moved)
         return self._norms(self._square + 2.0 * np.real(across) + square, square)
 
     def of_states(self, rows: Sequence[int], change: Array) -> Norms:
-        """Return the norms where some rows of A change by so much."""
-        right = change @ self._inverse
-        left = self._inverse[:, :, rows] @ np.linalg.inv(np.eye(len(rows)) - right[:, :, rows])
-        moved = (self._outputs @ left) @ (right @ self._inputs)
-        through = np.sum((right @ self._shared) * left.transpose(0, 2, 1), axis=(1, 2))
-        direct = self._square - _square(self._between)
-        return self._norms(_square(self._between + moved) + direct + 2.0 * np.real(through), _square(moved))
+        """Return the norms where some rows of A change by so much: by a product of few columns and as many rows."""
+        own, change = _moving_columns(change)
+        right = change @ self._inverse[:, own]
+        after = np.linalg.inv(np.eye(len(rows)) - right[:, :, rows])
+        down, across = self._read[:, :, rows] @ after, change @ self._entered[:, own]
+        square = _square(np.linalg.qr(down, mode="r") @ across)
+        shared = np.sum((down.conj().transpose(0, 2, 1) @ self._between).conj() * across, axis=(1, 2))
+        left = self._inverse[:, :, rows] @ after
+        shared += np.sum((right @ self._shared) * left.transpose(0, 2, 1), axis=(1, 2))
+        return self._norms(self._square + 2.0 * np.real(shared) + square, square)
 
     def _norms(self, after: Array, change: Array) -> Norms:
         size = np.maximum(np.maximum(self._square, after), 0.0)
@@ -93,12 +97,22 @@ class ChangedResponse:
         return np.asarray(self._inverse @ self._inputs)
 
     @cached_property
+    def _read(self) -> Complex:
+        return np.asarray(self._outputs @ self._inverse)
+
+    @cached_property
     def _between(self) -> Complex:
         return np.asarray(self._outputs @ self._entered)
 
     @cached_property
     def _shared(self) -> Array:
         return np.asarray(self._b @ self._d.T @ self._c)
+
+
+def _moving_columns(change: Array) -> tuple[Indices, Array]:
+    """Return the columns in which something changes, and the change there."""
+    own = np.flatnonzero(change.any(axis=0))
+    return own, change[:, own]
 
 
 def _square(matrices: Complex) -> Array:

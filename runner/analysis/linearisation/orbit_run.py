@@ -118,42 +118,48 @@ class OrbitRun:
 
 
 class ComparedMaps:
-    """Maps between some ends. They are told apart by their ids, and so kept alive."""
+    """Maps between some ends. Ids tell them apart, so they are kept alive; those of the same numbers are one."""
 
     def __init__(self, ends: Ends) -> None:
         self._ends = ends
         self._shown = dict[int, _Pair]()
-        self._pairs = dict[Hashable, tuple[_Pair, _Pair]]()
-        self._found = dict[Hashable, tuple[_Pair, float]]()
+        self._alike = dict[Hashable, PeriodMap]()
+        self._pairs = dict[Hashable, _Pair]()
+        self._found = dict[Hashable, float]()
 
     def change(self, first: PeriodMap, after: PeriodMap) -> float:
         """Return what `change_between` does."""
-        key = id(first), id(after)
+        key, both = self._both(first, after)
         if key not in self._found:
-            self._found[key] = (first, after), change_between(*self._both(first, after))
-        return self._found[key][1]
+            self._found[key] = change_between(*both)
+        return self._found[key]
 
     def effect(self, first: PeriodMap, after: PeriodMap, z: Complex) -> float:
         """Return what `effect` does."""
-        key = id(first), id(after), z.tobytes()
+        pair, both = self._both(first, after)
+        key = *pair, z.tobytes()
         if key not in self._found:
-            self._found[key] = (first, after), effect(*self._both(first, after), z)
-        return self._found[key][1]
+            self._found[key] = effect(*both, z)
+        return self._found[key]
 
-    def _both(self, first: PeriodMap, after: PeriodMap) -> _Pair:
-        """Return both maps as `shown`, with one value of a wire for those that it holds in both."""
+    def _both(self, first: PeriodMap, after: PeriodMap) -> tuple[tuple[int, int], _Pair]:
+        """Return both maps as `shown`, with one value of a wire for those that it holds in both, and their ids."""
+        first, after = self.shown(first), self.shown(after)
         key = id(first), id(after)
         if key not in self._pairs:
-            self._pairs[key] = (first, after), _held_once(self.shown(first), self.shown(after))
-        return self._pairs[key][1]
+            self._pairs[key] = _held_once(first, after)
+        return key, self._pairs[key]
 
     def shown(self, of: PeriodMap) -> PeriodMap:
         """Return the map to the outputs that are asked for, without those of quantisers, which may be thousands."""
-        if not self._ends.noise:
-            return of
         if id(of) not in self._shown:
-            wanted = [i for i, entry in enumerate(of.outputs) if entry[:2] in self._ends.outputs]
-            self._shown[id(of)] = of, replace(of, slopes={}, later=()).to_outputs(wanted)
+            shown = of
+            if self._ends.noise:
+                wanted = [i for i, entry in enumerate(of.outputs) if entry[:2] in self._ends.outputs]
+                shown = replace(of, slopes={}, later=()).to_outputs(wanted)
+                numbers = shown.states, shown.inputs, shown.outputs, shown.matrix[:, :-1].tobytes()
+                shown = self._alike.setdefault(numbers, shown)
+            self._shown[id(of)] = of, shown
         return self._shown[id(of)][1]
 
 

@@ -41,3 +41,14 @@ def test_changes_are_those_of_all_values(runs: tuple[int, ...]) -> None:
     assert compared.change(first, after) == pytest.approx(change_between(first, after), rel=1e-12)
     assert compared.effect(first, after, z) == pytest.approx(effect(first, after, z), rel=1e-12)
     assert change_between(first, after) > 0.01
+
+
+def test_maps_of_the_same_numbers_are_one() -> None:
+    """Those of noise are compared once, wherever the operating point is; other numbers are another map."""
+    noise = {"white": ()}
+    compared = ComparedMaps(Ends((), (("slow", "output"),), noise=noise))
+    first, again, other = held(1, (3, 3)), held(1, (3, 3)), held(2, (3, 3))
+    again.matrix[:, -1] += 1.0  # the steps of the orbit
+    assert compared.shown(first) is compared.shown(again)
+    assert compared.shown(first) is not compared.shown(other)
+    assert (compared.change(first, again), compared.change(other, other)) == (0.0, 0.0)
