@@ -4,8 +4,9 @@ They are separated by the projector on their invariant subspaces, V (W V)^-1 W (
 Matrix Computations, 7.6).
 """
 
+import math
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.covariance import alike
-from proofmass.runner.analysis.linearisation.poles import judged, parts_of
+from proofmass.runner.analysis.linearisation.poles import Pole, judged, parts_of
 from proofmass.runner.host.arrays import Array, Complex
 
 _UNSEEN = 1e-9  # part of the largest possible coupling below which a mode counts as unseen
@@ -28,7 +29,7 @@ class Lasting:
     """
 
     def __init__(self, a: Array, entering: Array | None = None) -> None:
-        _, poles = judged(a, True)
+        poles = _poles(a.tobytes())
         count = sum(pole.verdict != "stable" for pole in poles)
         while 0 < count < len(poles) and abs(poles[count - 1].value) - abs(poles[count].value) < _TOGETHER:
             count += 1  # rounding cannot part them
@@ -75,6 +76,13 @@ class Lasting:
     def holders(self, names: Sequence[str]) -> tuple[str, ...]:
         """Return the blocks that take part in them."""
         return holders(np.linalg.norm(self._right, axis=1), names)
+
+
+@lru_cache(maxsize=32)
+def _poles(numbers: bytes) -> tuple[Pole, ...]:
+    """Return the poles of a matrix, the slowest first: maps to several outputs, or of other noise, have the same."""
+    a = np.frombuffer(numbers)
+    return judged(a.reshape(math.isqrt(len(a)), -1) if len(a) else a.reshape(0, 0), True)[1]
 
 
 def holders(parts: Array, names: Sequence[str]) -> tuple[str, ...]:
