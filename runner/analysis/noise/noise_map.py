@@ -94,7 +94,7 @@ class NoiseMap(SampledStateSpace):
         _, b, _, d = self.matrices
         q = self.observed
         weight = self.variances * (np.einsum("ik,ij,jk->k", b, q, b) + np.sum(d**2, axis=0) / self.values)
-        return np.asarray(self._by_source(np.maximum(weight, 0.0)[None])[0])  # large Q may round so
+        return np.asarray(np.maximum(weight, 0.0) @ self._members)  # large Q may round so
 
     @cached_property
     def observed(self) -> Array:
@@ -106,7 +106,8 @@ class NoiseMap(SampledStateSpace):
         """One-sided density at the output by source: a row for each frequency, in unit^2/Hz."""
         width = max(1, _LARGEST // max(1, len(self.matrices[0]) + len(self.inputs) + self.values))
         parts = (frequencies[i : i + width] for i in range(0, len(frequencies), width))
-        rows = [self._by_source(np.abs(self.heard(part)) ** 2 * self.variances) for part in parts]
+        by_source = self.variances[:, None] * self._members
+        rows = [_squared(self._halves(part)) @ by_source for part in parts]
         return np.vstack(rows) * (2.0 * self.period / self.values**2) if rows else np.zeros((0, len(self.sources)))
 
     def gain(self, frequencies: Array, source: Endpoint) -> Complex:
@@ -116,13 +117,22 @@ class NoiseMap(SampledStateSpace):
         return WireResponse((a, b[:, columns], c, d[:, columns]), self.period).gain(frequencies)
 
     def heard(self, frequencies: Array) -> Complex:
-        """Return the share of each column in the output at a frequency, by the transposed system: one row, not H."""
+        """Return the share of each column in the output at a frequency."""
+        real, imaginary = np.split(self._halves(frequencies), 2)
+        return np.asarray(real + 1j * imaginary)
+
+    def _halves(self, frequencies: Array) -> Array:
+        """Return the real parts of these shares, and below them the imaginary, by the transposed system: no whole H.
+
+        So products with B and D are those of real numbers.
+        """
         a, b, _, _ = self.matrices
         begins, c, d = self._held_once
         turn = np.exp(-2j * np.pi * np.outer(frequencies, np.arange(self.values)) / self.rate)
         turn = np.add.reduceat(turn, begins, axis=1)
+        direct = np.vstack([turn.real, turn.imag]) @ d
         if not len(a):
-            return np.asarray(turn @ d, dtype=np.complex128)
+            return direct
         z = np.exp(2j * np.pi * frequencies * self.period)
         x = np.zeros((len(a), len(frequencies)), dtype=complex)
         form, scale, basis = self._schur
@@ -130,7 +140,8 @@ class NoiseMap(SampledStateSpace):
         for i in range(len(a) - 1, -1, -1):
             x[i] = (known[i] + form[i, i + 1 :] @ x[i + 1 :]) / (z - form[i, i])
         rows = ((basis @ x) / scale[:, None]).T
-        return np.asarray(rows @ b + turn @ d)
+        direct += np.vstack([rows.real, rows.imag]) @ b
+        return np.asarray(direct)
 
     @cached_property
     def _held_once(self) -> tuple[Indices, Array, Array]:
@@ -148,10 +159,21 @@ class NoiseMap(SampledStateSpace):
         form, basis, *_ = scipy.linalg.schur(alike.T, output="complex")
         return np.asarray(form), np.asarray(scale), np.asarray(basis)
 
-    def _by_source(self, columns: Array) -> Array:
-        """Sums over the columns of each source."""
-        sums = [columns[:, self.columns(source)].sum(axis=1) for source in self.sources]
-        return np.array(sums).T if sums else np.zeros((len(columns), 0))
+    @cached_property
+    def _members(self) -> Array:
+        """A column for each source, with one where a column of the map is its own."""
+        members = np.zeros((len(self.inputs), len(self.sources)))
+        for number, source in enumerate(self.sources):
+            members[self.columns(source), number] = 1.0
+        return members
+
+
+def _squared(halves: Array) -> Array:
+    """Return the squares of complex numbers, by their real parts and the imaginary ones below."""
+    np.square(halves, out=halves)
+    real, imaginary = np.split(halves, 2)
+    real += imaginary
+    return np.asarray(real)
 
 
 def noise_map(whole: PeriodMap, output: Endpoint) -> NoiseMap:
