@@ -45,6 +45,7 @@ NONE, FIRST_EVENT = -1, -2  # instead of a number that lasts, in a lane: no dire
 AS_BEFORE, RENEWED, AT_REST = range(
     3
 )  # matrices that follow from numbers are made anew with their slopes, or have none
+SEEDED = 3  # matrices as before; not one number alone has a slope, but all as given
 _Several: TypeAlias = tuple[Any, ...]
 _STILL, _FOLLOWED = "number without slope", "number that a matrix follows from"
 
@@ -155,12 +156,12 @@ class _Directions:
 
     Its parameters are those of the tick and the slopes of scratch; for the arrays that move, in
     their order, their slopes and what they are before a tick, and their lengths; the places of
-    entries whose slopes are kept, of one array after the other, and where those of each end; the
-    directions, what becomes of matrices in each row of them, their number and that of events; the
-    rows, which are the slopes that are kept, those at the events, and whether matrices have some;
-    and for each tick its number of events, and what these tell. What is kept in scratch holds for
-    all directions, and slopes of matrices for the following rows. Lanes have a direction each: all
-    but the slopes is shared by them.
+    entries whose slopes are kept, of one array after the other, and where those of each end; slopes
+    of all entries that a seeded row begins with; the directions, what becomes of matrices in each
+    row of them, their number and that of events; the rows, which are the slopes that are kept,
+    those at the events, and whether matrices have some; and for each tick its number of events, and
+    what these tell. What is kept in scratch holds for all directions, and slopes of matrices for
+    the following rows. Lanes have a direction each: all but the slopes is shared by them.
     """
 
     def __init__(self, entry: Function, moved: Sequence[Storage], scratch: Storage, events: Events) -> None:
@@ -174,6 +175,7 @@ class _Directions:
         lengths = builder.array(INTEGER, len(moved), "lengths")
         self.kept = builder.array(INTEGER, None, "kept")
         self.ends = builder.array(INTEGER, len(moved), "ends")
+        self.seeds = builder.array(FLOAT, None, "seeds")
         self.directions = builder.array(INTEGER, None, "directions")
         self.matrices = builder.array(INTEGER, None, "matrices")
         self.number = builder.parameter(INTEGER, "number")
@@ -184,7 +186,7 @@ class _Directions:
         self.lengths = tuple(builder.load(lengths, k) for k, _ in enumerate(moved))
         self.own = tuple(self.slopes[array] for array in moved)
         lanes = self.events.heard, self.events.lane
-        self.apart = frozenset([self.directions, self.rows, *self.slopes.values(), *lanes])
+        self.apart = frozenset([self.directions, self.seeds, self.rows, *self.slopes.values(), *lanes])
         arrays = [*self.copies.values(), *self.before, lengths, self.kept, self.ends, self.matrices, self.tellings]
         self.shared = frozenset(a for a in arrays if isinstance(a, Storage)) - self.apart
 
@@ -203,7 +205,8 @@ class _Directions:
             with builder.counted(0, self.number, 1, "row") as row:
                 builder.store(self.events.state, MATRICES, builder.load(self.matrices, row))
                 direction = builder.load(self.directions, row)
-                call(builder, _begin, (direction, self.moved, self.own, self.before, self.lengths, self.events))
+                begun = direction, self.moved, self.own, self.before, self.lengths, self.seeds, self.events
+                call(builder, _begin, begun)
                 builder.call(sloped, tick, following, *given)
                 place = builder.compute("multiply_integers", builder.compute("add_integers", done, row), width)
                 call(builder, _keep, (self.rows, place, self.own, self.kept, self.ends, self.events, self.most))
@@ -221,16 +224,28 @@ def _save(moved: _Several, before: _Several, lengths: _Several) -> None:
             kept[i] = array[i]
 
 
-def _begin(direction: int, moved: _Several, slopes: _Several, before: _Several, lengths: _Several, events: Any) -> None:
-    """Begin a tick in a direction: numbers are what they were, and one of them has the slope 1."""
-    place = direction
+def _begin(
+    direction: int,
+    moved: _Several,
+    slopes: _Several,
+    before: _Several,
+    lengths: _Several,
+    seeds: Any,
+    events: Any,
+) -> None:
+    """Begin a tick in a direction: numbers are what they were, and one has the slope 1, or all have those given."""
+    place, first = direction, 0
     for array, slope, kept, length in zip(moved, slopes, before, lengths, strict=True):
         for i in range(length):
             array[i] = kept[i]
             slope[i] = 0.0
         if 0 <= place < length:
             slope[place] = 1.0
+        if events.state[MATRICES] == SEEDED:
+            for i in range(length):
+                slope[i] = seeds[first + i]
         place -= length
+        first += length
     events.lane[EVENT] = float(FIRST_EVENT - direction)
     events.lane[MOVED] = 0.0
     events.state[COUNT] = 0

@@ -33,13 +33,15 @@ class Found(NamedTuple):
 class FollowedSlopes(NamedTuple):
     """The slopes of some ticks with which numbers have slopes: as any tick begins, and after the last.
 
-    What has `entered` at events, [tick, event], is told too.
+    What has `entered` at events, [tick, event], is told too, and how many ticks have left what is
+    still as it was: what is found holds if all have.
     """
 
     found: Found
     lived: Truths
     live: Truths
     entered: Truths
+    still: int
 
 
 class ReusedArrays:
@@ -56,26 +58,41 @@ class ReusedArrays:
         return self._arrays[name][:size].reshape(shape)
 
 
+class StillRow(NamedTuple):
+    """The row of lanes of all numbers that are still, and what its slopes begin as, [number, event or more, lane]."""
+
+    row: int  # -1 if there is none
+    begins: AnyArray
+
+
 def followed(
-    made: AnyArray, lanes: Indices, live: Truths, entering: AnyArray, if_moved: AnyArray, reused: ReusedArrays
+    made: AnyArray,
+    lanes: Indices,
+    live: Truths,
+    entering: AnyArray,
+    if_moved: AnyArray,
+    still: StillRow,
+    reused: ReusedArrays,
 ) -> FollowedSlopes:
     """Return the slopes of ticks by numbers that have some as a tick begins, and what enters in it.
 
     `made` are slopes, [tick, row of lanes, number that lasts or event or more, lane]; `lanes` has
     the number or event of each lane, -1 of one that is idle; `live` are the numbers that have
     slopes as the first tick begins. At events something is `entering`, or only `if_moved`: if the
-    number there has a slope.
+    number there has a slope. Numbers that are `still` have a slope and no lane.
     """
     (ticks, rows, every, _), (size, most) = made.shape, (len(live), entering.shape[1])
+    rests = (still.begins[:size, -1] != 0.0).astype(np.int64)
     now, lived, events = live.astype(np.int64), np.zeros(size, dtype=np.int64), np.zeros(entering.shape, dtype=np.int64)
     events[entering], events[if_moved] = _ENTERS, _IF_MOVED
-    several = ticks * rows * (size + most) * LANES
+    several = ticks * (rows * (size + most) * LANES + int(rests.sum()))
     places, values = [*reused.array("places", (3, several), int)], reused.array("values", (several,))
-    count, own = np.zeros(1, dtype=np.int64), np.zeros(rows * LANES, dtype=np.int64)
-    given = [made, np.ascontiguousarray(lanes), events, own, now, lived, *places, values, count]
-    _code()(ticks, rows, size, most, every, *(each.ctypes.data for each in given))
+    count, own = np.zeros(2, dtype=np.int64), np.zeros(rows * LANES, dtype=np.int64)
+    given = [made, np.ascontiguousarray(lanes), events, own, now, lived, *places, values, count, still.begins, rests]
+    _code()(ticks, rows, size, most, every, still.row, *(each.ctypes.data for each in given))
     tick, row, column = (each[: count[0]].copy() for each in places)
-    return FollowedSlopes(Found(tick, row, column, values[: count[0]].copy()), lived != 0, now != 0, events == _ENTERS)
+    found = Found(tick, row, column, values[: count[0]].copy())
+    return FollowedSlopes(found, lived != 0, now != 0, events == _ENTERS, int(count[1]))
 
 
 @cache
@@ -86,18 +103,39 @@ def _code() -> Callable[..., Any]:
         Storage(INTEGER, None, writable=True),
         Storage(FLOAT, None, writable=True),
     )
-    arrays = read, lanes, places, (places, places, places), (places, places, places, values, places)
-    return load(program(lower(_follow, (number, number, number, number, number, *arrays)).function))
+    arrays = read, lanes, places, (places, places, places), (places, places, places, values, places), (read, lanes)
+    return load(program(lower(_follow, (*(number,) * 6, *arrays)).function))
 
 
 def _follow(
-    ticks: int, rows: int, size: int, most: int, every: int, made: Any, lanes: Any, events: Any, live: Any, found: Any
+    ticks: int,
+    rows: int,
+    size: int,
+    most: int,
+    every: int,
+    still: int,
+    made: Any,
+    lanes: Any,
+    events: Any,
+    live: Any,
+    found: Any,
+    still_row: Any,
 ) -> None:
-    """Go through the ticks, as machine code."""
+    """Go through the ticks, as machine code, up to one in which what should be still is not."""
     own, now, lived = live
     of_tick, of_row, of_column, values, count = found
+    begins, rests = still_row
     number = 0
     for tick in range(ticks):
+        wrong = 0
+        if still >= 0:
+            first = (tick * rows + still) * every * LANES
+            for at in range(every * LANES):
+                value, before = made[first + at], begins[at]
+                wrong += 1 if value != before and (value == value or before == before) else 0
+        if wrong > 0:
+            break
+        count[1] = tick + 1
         for place in range(size):
             if now[place] > 0:
                 lived[place] = 1
@@ -121,7 +159,10 @@ def _follow(
                     if lanes[lane] == size + event:
                         own[lane] = events[at]
         for place in range(size):
-            now[place] = 0
+            now[place] = rests[place]
+            if rests[place] > 0:
+                of_tick[number], of_row[number], of_column[number], values[number] = tick, place, place, 1.0
+                number += 1
         for row in range(rows):
             for place in range(size + most):
                 first = ((tick * rows + row) * every + place) * LANES

@@ -18,14 +18,15 @@ from proofmass.runner.plan.keys import LargestOf, StateField, WireOf
 from proofmass.runner.plan.memory import Memory, Rows
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.events import CUT, MOST, OF_ONE_BIT, OF_STATE, TOLD, VALUED
-from proofmass.runner.program.slope_tick import AS_BEFORE, AT_REST, FIRST_EVENT, NONE, RENEWED, write_slopes
+from proofmass.runner.program.slope_tick import AS_BEFORE, AT_REST, FIRST_EVENT, NONE, RENEWED, SEEDED, write_slopes
 from proofmass.runner.program.slots import FLOATS, INTEGERS, array_of
 from proofmass.runner.program.varying import ALL
-from proofmass.runner.targets.found_slopes import LANES, Found, ReusedArrays, followed
+from proofmass.runner.targets.found_slopes import LANES, Found, ReusedArrays, StillRow, followed
 from proofmass.runner.targets.lane_text import LanesOf
 from proofmass.runner.targets.machine_code import Settings, load_lanes
 from proofmass.runner.targets.native import BegunNumbers, CompiledLoop, CompiledPlan
 from proofmass.runner.targets.native_lanes import aligned
+from proofmass.runner.targets.still_numbers import StillNumbers
 
 _ENTRIES = 1 << 20  # numbers of the rows of one call, which fit in a cache
 _OF_LOOPS, _OF_NOISE = Settings(wide=True), Settings(level=0, loops=False, selection=0)  # many sensors, or one
@@ -99,6 +100,7 @@ class SlopesInCode(CompiledLoop):
         events = [of_wires, self._one_bit(code), self._state_of_events(), np.zeros(MOST * TOLD)]
         slopes = [_in_lanes(len(array)) for array in (self._scratch, *self._moved)]
         before = [array.copy() for array in self._moved]
+        self._seeds = _in_lanes(int(lengths.sum()))
         self._in_lanes = [_in_lanes(MOST), _in_lanes(2), *slopes]
         self._arrays = [
             *self.arrays(()),
@@ -108,13 +110,14 @@ class SlopesInCode(CompiledLoop):
             lengths,
             kept,
             ends,
+            self._seeds,
         ]  # addresses are passed
         self._addresses = [array.ctypes.data for array in self._arrays]
         self._seeded = self._live = np.array([place in seeded for place in self._places.values()], dtype=bool)
         self._wanted = np.append(self._live, np.zeros(most, dtype=bool))  # numbers and events whose directions are run
         self._renewing = np.zeros(len(self._wanted), dtype=bool)  # which of these may move matrices
         self._chunk = 1  # ticks at once, until it is known which directions are wanted
-        self._reused = ReusedArrays()
+        self._reused, self._still = ReusedArrays(), StillNumbers(len(self._places))
 
     def _state_of_events(self) -> AnyArray:
         """Return the state of events: no deviate has a value."""
@@ -171,23 +174,29 @@ class SlopesInCode(CompiledLoop):
         renewing = self._renewing.copy()  # directions that move matrices of groups
         before = renewing.copy()  # those that did in the tick before: others seldom do
         while sound and self.tick < last:
-            self._wanted[:size] |= self._live
+            self._wanted[:size] |= self._live & ~self._still.now
             most = max(1, _ENTRIES // ((size + self._most) * (LANES + int(self._wanted.sum())) + 1))
             until = min(last, self.tick + min(chunk, most))
             begin = [array.copy() for array in self._moved]
-            made, lanes, counts, told = self._in_directions(until)
+            lanes, matrices, still = self._in_rows()
+            made, counts, told = self._in_directions(until, lanes, matrices)
             moving, more = made[:, :, -1] != 0.0, int(counts.max()) - self._most
             entering, if_moved = self._entering(counts, told)
-            found, lived, live, entered = followed(made, lanes, self._live, entering, if_moved, self._reused)
-            needed = np.append(lived, (entering | if_moved).any(axis=0)) & ~self._wanted
+            given = made, lanes, self._live, entering, if_moved, still, self._reused
+            found, lived, live, entered, left = followed(*given)
+            needed = np.append(lived & ~self._still.now, (entering | if_moved).any(axis=0)) & ~self._wanted
             moved = np.zeros((len(made), len(self._wanted) + 1), dtype=bool)
             moved[:, lanes] = moving
             moved = moved[:, :-1]
             unforeseen = np.flatnonzero((moved & ~self._renewing).any(axis=1))[:1]
-            if more > 0 or needed.any() or len(unforeseen):
+            if left < len(made) or more > 0 or needed.any() or len(unforeseen):
                 for array, earlier in zip(self._moved, begin, strict=True):
                     array[:] = earlier
-                if more > 0:
+                if left and left < len(made):  # up to the tick in which they are not still
+                    chunk = left
+                elif left < len(made):
+                    self._still.moved()
+                elif more > 0:
                     self._make_room(more)
                     renewing, before = (np.append(each, np.zeros(more, dtype=bool)) for each in (renewing, before))
                 elif needed.any():  # once more, with the directions that were missing
@@ -202,7 +211,9 @@ class SlopesInCode(CompiledLoop):
             self._check(found)
             self._keep(found._replace(tick=found.tick + (self.tick - self._first)), counts, told, entered)
             self._live, self.tick, chunk = live, until, most
-            self._wanted[:size] = lived  # others seldom live again
+            self._still.choose(found, live, len(made), self._most)
+            self._wanted[:size] = lived & ~self._still.now  # others seldom live again
+            chunk = min(most, 2 * len(made)) if self._still.now.any() else most
             self._renewing, self._chunk = renewing, 1 if renewing.any() else most
             sound = self.is_sound()
         return sound
@@ -223,30 +234,40 @@ class SlopesInCode(CompiledLoop):
             np.append(each, np.zeros(more, dtype=bool)) for each in (self._wanted, self._renewing)
         )
 
-    def _in_directions(self, until: int) -> tuple[AnyArray, Indices, Indices, AnyArray]:
+    def _in_rows(self) -> tuple[Indices, Indices, StillRow]:
+        """Return the directions that are wanted, in rows of lanes: what has no direction of its own is still.
+
+        A lane has the number of the place or event of its direction, and -1 if it is idle. A row has
+        what becomes of matrices. That of what is still comes before those that move matrices.
+        """
+        wanted, still = np.flatnonzero(self._wanted), int(self._still.now.any())
+        parts = [wanted[~self._renewing[wanted]], wanted[self._renewing[wanted]]]
+        rows = [-(-max(len(parts[0]), 1) // LANES), -(-len(parts[1]) // LANES)]
+        matrices = np.array([AS_BEFORE] * rows[0] + [SEEDED] * still + [RENEWED] * rows[1])
+        matrices[0] = AT_REST  # after the last row of the tick before
+        lanes = np.full((len(matrices), LANES), -1)
+        lanes[: rows[0]].reshape(-1)[: len(parts[0])] = parts[0]
+        lanes[rows[0] + still :].reshape(-1)[: len(parts[1])] = parts[1]
+        begins = self._still.begins(len(self._wanted) + 1)
+        if still:
+            self._seeds[[*self._places]] = begins[: len(self._places)]
+        return lanes, matrices, StillRow(rows[0] if still else -1, begins)
+
+    def _in_directions(self, until: int, lanes: Indices, matrices: Indices) -> tuple[AnyArray, Indices, AnyArray]:
         """Return what some ticks do in all directions that are wanted, and what their events tell.
 
         These are slopes, [tick, row, place or event, lane], with whether matrices move behind the
-        events; the number of the place or event whose direction each lane of a row has, and -1 of a
-        lane that is idle; the number of events of each tick; and what they tell. In a tick in which
-        a direction moves matrices of groups, slopes hold if it is one that is expected to.
+        events; the number of events of each tick; and what they tell. In a tick in which a
+        direction moves matrices of groups, slopes hold if it is one that is expected to.
         """
-        wanted = np.flatnonzero(self._wanted)
-        parts = [wanted[~self._renewing[wanted]], wanted[self._renewing[wanted]]]
-        rows = [-(-max(len(parts[0]), 1) // LANES), -(-len(parts[1]) // LANES)]
-        lanes = np.full((sum(rows), LANES), -1)
-        lanes[: rows[0]].reshape(-1)[: len(parts[0])] = parts[0]
-        lanes[rows[0] :].reshape(-1)[: len(parts[1])] = parts[1]
         directions = aligned(lanes.shape, np.dtype(np.int64))
         directions[:] = np.array([*self._places, *(FIRST_EVENT - k for k in range(self._most)), NONE])[lanes]
-        matrices = np.array([AS_BEFORE] * rows[0] + [RENEWED] * rows[1])
-        matrices[0] = AT_REST  # after the last row of the tick before
-        ticks, width = until - self.tick, len(self._wanted) + 1
-        made = self._reused.array("made", (ticks, sum(rows), width, LANES))
+        ticks, rows, width = until - self.tick, len(lanes), len(self._wanted) + 1
+        made = self._reused.array("made", (ticks, rows, width, LANES))
         told = np.zeros((ticks, 1 + self._most * TOLD))
-        given = directions.ctypes.data, matrices.ctypes.data, sum(rows), self._most, made.ctypes.data, told.ctypes.data
+        given = directions.ctypes.data, matrices.ctypes.data, rows, self._most, made.ctypes.data, told.ctypes.data
         self._loop(self.tick, until, self.seed, self.run, *self._addresses, *given)
-        return made, lanes, told[:, 0].astype(np.int64), told[:, 1:].reshape(ticks, self._most, TOLD)
+        return made, told[:, 0].astype(np.int64), told[:, 1:].reshape(ticks, self._most, TOLD)
 
 
 class CompiledSlopes(SlopesInCode):
@@ -283,6 +304,7 @@ class CompiledSlopes(SlopesInCode):
         super().again(plan, memory, numbers)
         self._first, self._live, self._kept = self.tick, self._seeded, []
         self._renewing[:] = False
+        self._still = StillNumbers(len(self._places))
         for rows in self._in_lanes:
             rows.fill(0.0)
         self.recorded[self._node].clear()

@@ -42,6 +42,9 @@ from proofmass.runner.analysis.noise.grids import on_grids, size_of
 from proofmass.runner.derivatives.dual_noise import Noisy, OneBitGain, noise_blocks
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
+from proofmass.runner.targets import native_slopes
+from proofmass.runner.targets.found_slopes import Found
+from proofmass.runner.targets.still_numbers import StillNumbers
 
 SPAN = 20  # ticks: two groups of eight, and some
 SMALL = 1e-12  # part of the largest entry that counts as nothing
@@ -134,6 +137,29 @@ def driven(density: float = 1e-3) -> Plan:
     }
     wires = ["white.output -> stiff.first", "middle.output -> stiff.second", "stiff.output -> mass.stiffness"]
     return graph_of(blocks, *wires, "push.output -> mass.force")
+
+
+def test_numbers_that_are_still_between_slow_ticks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A chain of slow integrators behind noise: what they hold has no lanes of its own but where they tick."""
+    seen = list[tuple[int, int]]()
+
+    class Seen(StillNumbers):
+        def choose(self, found: Found, live: Any, ticks: int, events: int) -> None:
+            seen.append((ticks, int(self.now.sum())))
+            super().choose(found, live, ticks, events)
+
+    monkeypatch.setattr(native_slopes, "StillNumbers", Seen)
+    monkeypatch.setattr(native_slopes, "_ENTRIES", 1 << 14)  # a few ticks at once
+    count = 24
+    names = [f"integral_{number}" for number in range(count)]
+    blocks: dict[str, Block] = {"white": WhiteNoise(density=1e-4)}
+    blocks |= {name: DiscreteIntegrator(gain=10.0, output_unit="1") for name in names} | {"out": Gain(gain=2.0)}
+    chain = ["white.output", *(f"{name}.output" for name in names)]
+    wires = [f"{first} -> {name}.input" for first, name in zip(chain, [*names, "out"], strict=True)]
+    planned = graph_of(blocks, *wires, rates=dict.fromkeys(names, "62.5 Hz"))
+    assert_alike(*both(planned, [("out", "output")], tick=0, span=48))
+    assert max(still for _, still in seen) > count
+    assert sum(ticks for ticks, still in seen if still) > 24
 
 
 @pytest.mark.exhaustive(but=2)
