@@ -37,7 +37,7 @@ def _halves() -> Iterator[tuple[int, ...]]:
 
 
 class StillNumbers:
-    """Which numbers are taken to be still in the ticks that follow: those that were so in the last ones.
+    """Numbers that are taken to be still in the ticks that follow: those that were so in the last ones.
 
     Where that was wrong, all are followed for some time, and for twice as long if it is wrong again.
     """

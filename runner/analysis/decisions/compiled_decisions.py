@@ -35,7 +35,7 @@ _PORT = "value_that_is_quantised"
 
 
 class Decisions(NamedTuple):
-    """What a quantiser is given, with the levels that it chooses, and some sources of noise as they are drawn."""
+    """Inputs of a quantiser with the levels that it chooses, and some sources of noise as they are drawn."""
 
     values: Array
     levels: Array
