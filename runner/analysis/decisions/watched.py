@@ -71,7 +71,7 @@ class Watched(PartInterpreter):
             for decisions in several:
                 decisions.clear()
         self.advance(self._memory.tick + ticks - first, ())
-        return {n: [Decisions(*np.array(e).T, ()) for e in several if e] for n, several in self._several.items()}
+        return {n: [_decisions(pairs) for pairs in several if pairs] for n, several in self._several.items()}
 
     def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
         if self._owner not in self._deciding:
@@ -99,3 +99,8 @@ class Watched(PartInterpreter):
         if len(several) < len(known):
             several.append([])
         several[len(known) - 1].append((value, level))
+
+
+def _decisions(pairs: list[tuple[float, float]]) -> Decisions:
+    values, levels = np.array(pairs).T
+    return Decisions(values, levels, ())
