@@ -78,7 +78,7 @@ class Lasting:
         return holders(np.linalg.norm(self._right, axis=1), names)
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=4)
 def _poles(numbers: bytes) -> tuple[Pole, ...]:
     """Return the poles of a matrix, the slowest first: maps to several outputs, or of other noise, have the same."""
     a = np.frombuffer(numbers)
