@@ -128,8 +128,8 @@ class NoiseMap(SampledStateSpace):
         """
         a, b, _, _ = self.matrices
         begins, c, d = self._held_once
-        turn = np.exp(-2j * np.pi * np.outer(frequencies, np.arange(self.values)) / self.rate)
-        turn = np.add.reduceat(turn, begins, axis=1)
+        turns = np.exp(-2j * np.pi * np.outer(frequencies, np.arange(self.values)) / self.rate)
+        turn: Complex = np.add.reduceat(turns, begins, axis=1)
         direct = np.vstack([turn.real, turn.imag]) @ d
         if not len(a):
             return direct
