@@ -58,4 +58,4 @@ def pair_quotient(a: float, a_low: float, b: float, b_low: float) -> tuple[float
 def pair_root(square: float, square_low: float, root: float) -> float:
     """Return the square root of a pair less its first number's root; zero where that is zero."""
     product, rest = exact_product(root, root)
-    return (((square - product) - rest) + square_low) / (2.0 * root if root > 0.0 else 1.0)
+    return (((square - product) - rest) + square_low) / (2.0 * root) if root > 0.0 else 0.0

@@ -54,7 +54,7 @@ def known_slope(p: ForwardGainEstimator, x: State) -> float:
 @ForwardGainEstimator.output("1")
 def deviation(p: ForwardGainEstimator, x: State) -> float:
     """Relative deviation of the gain from its reference; zero before the first whole sweep."""
-    return x.slope / x.reference - 1.0 if x.slope != 0.0 and x.reference != 0.0 else 0.0
+    return x.slope / x.reference - 1.0 if x.slope != 0.0 else 0.0
 
 
 @ForwardGainEstimator.output("1")

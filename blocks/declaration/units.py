@@ -170,6 +170,6 @@ def split_quantity(text: str, example: str = "V") -> tuple[Fraction, str]:
 def _number(text: str) -> Fraction:
     mantissa, _, divisor = text.replace("_", "").partition("/")
     _, _, exponent = mantissa.lower().partition("e")
-    if len(exponent) > 4 or abs(int(exponent or 0)) > 400:
+    if exponent and (len(exponent) > 4 or abs(int(exponent)) > 400):
         raise UnitError("an exponent of ten beyond 400")
     return Fraction(mantissa) / (Fraction(divisor) if divisor else 1)

@@ -24,7 +24,7 @@ class ProgramNames:
         """Return a free name like the wanted one, and reserve it."""
         name = wanted
         while name in self._counts:
-            self._counts[wanted] = self._counts.get(wanted, 1) + 1
+            self._counts[wanted] += 1
             name = f"{wanted}_{self._counts[wanted]}"
         self._counts[name] = 1
         return name

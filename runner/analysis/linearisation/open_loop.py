@@ -262,12 +262,12 @@ class TransferMatrix:
             self._into, self._out = turn.conj().T @ (b / scale[:, None]), (c * scale) @ turn
 
     def __call__(self, z: Complex) -> Complex:
-        size, width = len(self._form), self._direct.shape[1]
+        size, (height, width) = len(self._form), self._direct.shape
         x = np.zeros((size, len(z) * width), dtype=complex)
         for i in range(size - 1, -1, -1):
-            known = (self._form[i, i + 1 :] @ x[i + 1 :]).reshape(-1, width) + self._into[i]
+            known = (self._form[i, i + 1 :] @ x[i + 1 :]).reshape(len(z), width) + self._into[i]
             x[i] = (known / (z - self._form[i, i])[:, None]).ravel()
-        value: Complex = (self._out @ x).reshape(-1, len(z), width).transpose(1, 0, 2) + self._direct
+        value: Complex = (self._out @ x).reshape(height, len(z), width).transpose(1, 0, 2) + self._direct
         return value
 
     def weighted(self, z: Complex, out: Complex, into: Complex) -> Complex:

@@ -52,7 +52,7 @@ def settled_tick(course: Course, progress: Progress | None = None) -> int:
         tick, largest = ticks * periods, np.maximum(largest, np.abs(rows[periods]))
         moves = np.abs(rows[periods] - rows[earlier]) * own
         ways = _ways(np.array([rows[at] for at in looks]), (MOST - tick) / (ticks * step))
-        shares = np.maximum(moves, ways) / np.where(largest > 0.0, largest, 1.0)
+        shares = np.divide(np.maximum(moves, ways), largest, out=np.zeros_like(largest), where=largest > 0.0)
         worst = int(np.argmax(shares)) if len(shares) else None
         still = still + 1 if worst is None or shares[worst] <= TOLERANCE else 0
         if still >= 2 and tick >= FEWEST:

@@ -170,9 +170,9 @@ class TickMaps:
         rows = np.einsum("ki,kij->kj", self.c[1:], self.a[last])
         alike = (rows == self.c[last]).all(axis=1) & (np.einsum("ki,ki->k", self.c[1:], self.b[last]) == 0.0)
         new = 1 + np.flatnonzero(~alike | (self.d[1:] != 0.0) | (self.d[last] != 0.0))
-        for first, starts in ((0, np.append(0, new)), (int(new[0]) if len(new) else 0, new)):
-            each = ticks // max(1, len(starts))
-            if len(starts) and np.array_equal(starts, first + each * np.arange(ticks // each)):
+        for starts in filter(len, (np.append(0, new), new)):
+            first, each = int(starts[0]), ticks // len(starts)
+            if np.array_equal(starts, first + each * np.arange(ticks // each)):
                 return first, each
         return 0, 1
 

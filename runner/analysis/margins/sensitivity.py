@@ -226,7 +226,7 @@ def ranked(
     effects = [_effect(planned, name, slope) for name, slope in slopes.items()]
     effects += [_with_percent(n, values.numbers[n], values.units[n], slope) for n, slope in by_value.items()]
     changes = {e: abs(e.derivative if e.of_one_percent is None else e.of_one_percent) for e in effects}
-    rounding = 1e-12 * max(abs(value), size, *(abs(e.of_one_percent or 0.0) for e in effects), 0.0)
+    rounding = 1e-12 * max(abs(value), size, *(abs(e.of_one_percent) for e in effects if e.of_one_percent))
     kept = [effect for effect in effects if changes[effect] > rounding]
     kept.sort(key=lambda e: (e.of_one_percent is None, -changes[e], e.parameter))
     return Sensitivity(quantity, unit, value if abs(value) > rounding else 0.0, tuple(kept), (*undefined, *no_slope))
