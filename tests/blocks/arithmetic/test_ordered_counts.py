@@ -23,6 +23,12 @@ def test_fresh_values_are_taken_in_at_their_places() -> None:
     assert [u for u, samples in zip(value, count, strict=True) if samples == 7] == fresh
 
 
+def test_all_between_the_ends_are_joined_where_there_is_room() -> None:
+    value, count = [0.0, 1.0, 3.0, 9.0], [1, 1, 1, 1]
+    assert join_neighbours(4, value, count, 100.0, 0.5, 4.0) == 3
+    assert (value[:3], np.abs(count[:3]).tolist()) == ([0.0, 2.0, 9.0], [1, 2, 1])
+
+
 @pytest.mark.parametrize("part", [0.01, 0.5, 0.999])
 def test_neighbours_are_joined_without_losing_samples_and_mean(part: float) -> None:
     value, count = sorted(VALUES), [1] * 200

@@ -239,6 +239,7 @@ REFUSED: list[tuple[Any, tuple[Any, ...], str]] = [
     (given_back, ([1.0],), "a list is returned"),
     (too_many, (1.0,), "3 variables of something else"),
     (over_a_number, (1.0,), "a loop over a value that is not a list"),
+    (made("def beside(a):\n    for b, c in zip((a, a), a): pass"), (1.0,), "a loop over a value that is not a list"),
     (field_set, (Pair(1.0),), "a field cannot be changed"),
     (no_step, (3,), "a range of step 0"),
     (starred, (1.0,), "* among the arguments"),

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import proofmass
 from proofmass.runner.command_line import main
 
 GRAPH = """
@@ -54,6 +55,15 @@ def test_a_sawtooth_wraps_once_a_period(graph: Path, tmp_path: Path, run: Callab
     assert "<h2>Overflows</h2>" in report
     assert f'<th>phase</th><td class="number">{wraps}</td>' in report
     assert "<th>quantiser</th>" not in report
+
+
+@pytest.mark.parametrize("engine", ["python", "compiled"])
+def test_blocks_that_wrap_in_other_ticks_have_counts_of_their_own(engine: str, graph: Path) -> None:
+    """Two that wrap for the n-th time where they pass 8 n - 4."""
+    text = graph.read_text().replace('phase.input"]', 'phase.input", "quantiser.output -> slow.input"]')
+    graph.write_text(text + text[text.index("[blocks.phase]") :].replace("phase", "slow").replace("100", "70"))
+    counts = proofmass.simulate(graph, engine=engine).overflows
+    assert (counts["phase"], counts["slow"]) == (int((0.3 * 1000 + 4.0) / 8.0), int((0.21 * 1000 + 4.0) / 8.0))
 
 
 def test_without_overflows_there_is_nothing_to_tell(graph: Path, tmp_path: Path, run: Callable[..., str]) -> None:

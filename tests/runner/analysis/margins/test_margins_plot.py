@@ -131,6 +131,7 @@ def test_the_disk_of_a_nyquist_diagram_touches_the_curve_and_does_not_cut_it() -
     disk, curve = (np.asarray(of[name]) @ [1.0, 1j] for name in ("disk", "negative frequencies"))
     middle, radius = 0.5 * (disk.real.min() + disk.real.max()), 0.5 * np.ptp(disk.real)
     assert np.abs(disk - middle) == pytest.approx(radius, rel=1e-3)
+    assert any(np.array_equal(np.asarray(line.get_xydata()) @ [1.0, 1j], curve.conj()) for line in panel.lines)
     assert np.min(np.abs(curve - middle)) == pytest.approx(radius, rel=1e-3)
     assert -1.0 / disk.real.min() == pytest.approx(-disk.real.max(), rel=1e-2), "a gain and its inverse"
 
