@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from proofmass.blocks import Constant, Gain, MassSpringDamper, Product, Saturation, Sine, Sum, UnitDelay
+from proofmass.blocks import Constant, Gain, LowPass, MassSpringDamper, Product, Saturation, Sine, Sum, UnitDelay
 from proofmass.blocks.declaration.declare import Block, Input, param
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
@@ -151,6 +151,17 @@ def test_sub_steps_follow_from_the_accuracy() -> None:
     assert counts[1] == pytest.approx(10 * counts[0], rel=0.05)
     assert counts[2] == pytest.approx(10 * counts[1], rel=0.02)
     assert plan(pendulum("1 Hz", substeps=3)).solvers[0].substeps == 3
+
+
+def test_a_sine_is_stepped_like_a_time_constant_of_its_frequency() -> None:
+    says = {"method": "runge_kutta_4", "sources": "continuous"}
+    counts = []
+    for sine, corner in ((1.0, 1e3), (1e3, 1.0)):
+        blocks = {"sine": Sine(frequency=sine), "filter": LowPass(corner_frequency=corner)}
+        wires = ["sine.output -> filter.input"]
+        graph = Graph(name="sine", rate="1 kHz", blocks=blocks, wires=wires, integration=says)
+        counts.append(plan(graph).solvers[0].substeps)
+    assert counts[0] == counts[1] > 10
 
 
 def test_a_tick_of_very_many_time_constants_is_for_an_implicit_method() -> None:

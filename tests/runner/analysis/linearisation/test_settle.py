@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,12 +11,14 @@ import proofmass
 from proofmass import margins
 from proofmass.blocks import (
     Constant,
+    Delay,
     Difference,
     DiscreteIntegrator,
     Gain,
     LookUpTable,
     LowPass,
     Product,
+    Ramp,
     Saturation,
     Sine,
     Step,
@@ -50,6 +53,13 @@ def test_a_time_constant_has_gone_by_often_enough(constant: float) -> None:
     tick = settled_tick(Course(plan(loop(1.0 / constant, Constant(value=3.0)))))
     third, fourth = ((1.0 - 1e-3 / constant) ** (tick / part) for part in (1.875**2, 1.875**3))
     assert third < TOLERANCE < fourth
+
+
+def test_a_delay_line_beside_the_loop_need_not_come_to_rest() -> None:
+    alone = loop(10.0, Constant(value=3.0))
+    beside = {"ramp": Ramp(slope=1e6), "line": Delay(ticks=5)}
+    both = replace(alone, blocks={**alone.blocks, **beside}, wires=[*alone.wires, "ramp.output -> line.input"])
+    assert settled_tick(Course(plan(both))) == settled_tick(Course(plan(alone)))
 
 
 def test_a_period_does_not_hide(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from proofmass.blocks import Gain, Negation, Sum, UnitDelay
+from proofmass.blocks import DiscreteTransferFunction, Gain, Negation, Sum, UnitDelay
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
@@ -113,6 +113,16 @@ def test_the_peak_of_a_narrow_resonance_is_drawn() -> None:
     found = margins(servo(numerator=(k * w * w,), denominator=(1.0, 2.0 * z * w, w * w)), "error.output")
     drawn = np.asarray(plot_margins(found).axes[0].lines[0].get_ydata(), dtype=float)
     assert drawn.max() == pytest.approx(20.0 * math.log10(k / (2.0 * z)), abs=0.01)
+
+
+def test_the_peak_of_a_narrow_resonance_of_a_sampled_loop_is_drawn() -> None:
+    """k / (z - p)(z - p*) is largest next to p = r e^(j a), 1 - r from the circle."""
+    k, r, a = 1e-9, 1.0 - 1e-6, 1.0
+    mode = DiscreteTransferFunction(numerator=(0.0, 0.0, k), denominator=(1.0, -2.0 * r * math.cos(a), r * r))
+    wires = ["mode.strictly_proper_part -> minus.input", "minus.output -> mode.input"]
+    graph = Graph(name="mode", rate="1 kHz", blocks={"mode": mode, "minus": Negation()}, wires=wires)
+    drawn = np.asarray(plot_margins(margins(graph, "minus.output")).axes[0].lines[0].get_ydata(), dtype=float)
+    assert drawn.max() == pytest.approx(20.0 * math.log10(k / (1.0 - r) / (2.0 * math.sin(a))), abs=0.01)
 
 
 @pytest.mark.parametrize("poles", [1, 2])
