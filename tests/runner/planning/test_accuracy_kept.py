@@ -141,6 +141,13 @@ def test_motion_along_a_jump_ends_with_a_sentence(method: str) -> None:
     assert "substeps = 100" in str(told.value)
 
 
+def test_the_jump_that_motion_slides_along_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps that each end at one corner are its doing, not that of the accuracy."""
+    monkeypatch.setattr(stepping, "MOST_SHORT", 20)
+    with pytest.raises(RunError, match=r"n\.above_zero(.|\n)* the motion slides along a jump, which"):
+        simulate(sliding("radau"), samples=20, engine="python")
+
+
 @pytest.mark.exhaustive
 @pytest.mark.defect("S621", before="200,000 switchings are counted of 10,000,000", after="a sentence in tick 0")
 @pytest.mark.parametrize(("limit", "events"), [("MOST_EVENTS", 100), ("CHATTER", 50)])
