@@ -2,6 +2,7 @@
 
 import math
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -91,6 +92,16 @@ def test_a_sensor_next_to_its_limit_has_the_certified_verdict(off: float) -> Non
     assert abs(off) < 1e-12 or values[-1] == float(off < 0.0)
     assert math.isnan(values[0]) == (values[-1] != 1.0)
     assert values == pytest.approx(margins_alone(sensor, "0 s"), rel=1e-9, nan_ok=True)
+
+
+def test_an_instant_within_a_period_is_no_case_for_the_certified_path(monkeypatch: pytest.MonkeyPatch) -> None:
+    graph = chain(0.15)
+    planned, sensors = lot(replace(graph, rates={"delay": "250 Hz"}), {"gain.gain": 0.1}, 1)
+    alone = [margins_alone(sensor, "1 ms") for sensor in sensors]
+    assert np.isfinite([values[0] for values in alone]).all()
+    monkeypatch.setattr("proofmass.runner.analysis.margins.many.margins_alone", None)
+    for values, expected in zip(ManyMargins(planned, "1 ms").values(sensors), alone, strict=True):
+        assert values == pytest.approx(expected, rel=1e-9)
 
 
 def test_a_sensor_without_a_crossover_of_its_kind_is_taken_alone() -> None:
