@@ -2,7 +2,8 @@
 
 import pytest
 
-from proofmass.blocks import DiscreteTransferFunction, RepeatingSequence
+from proofmass.blocks import DiscreteTransferFunction, Product, RepeatingSequence, Sine, UnitDelay
+from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.periodic import periodic_point
@@ -30,3 +31,12 @@ def test_newtons_method_moves_what_a_period_moves_alone(pole: float) -> None:
     assert held["filter", "backward"] == [1.0, -pole]
     expected = sum(pole ** (3 - i) * value for i, value in enumerate(VALUES)) / (1.0 - pole**4)
     assert held["filter", "delays"][0] == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_carrier_that_no_state_reads_must_come_back_too() -> None:
+    """Its product with a delayed sequence is an output, whose slopes follow it."""
+    blocks = {"drive": RepeatingSequence(values=VALUES), "delay": UnitDelay(), "carrier": Sine(frequency=123.456789)}
+    wires = ["drive.output -> delay.input", "delay.output -> product.first", "carrier.output -> product.second"]
+    graph = Graph(name="", rate="1 kHz", blocks={**blocks, "product": Product()}, wires=wires)
+    with pytest.raises(ModelError, match="a signal of the time does not fit it"):
+        periodic_point(Course(plan(graph)))
