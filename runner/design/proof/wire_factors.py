@@ -29,7 +29,7 @@ class Factor:
         """
         middle, half = (flint.arb(low) + high) / 2, (flint.arb(high) - low) / 2
         there = [flint.arb_mat([list(row) for row in rows]) for rows in self.derivatives(middle)]
-        if not high > low:
+        if high == low:
             return {(): there[0]}
         if self.parts == 1:
             return {(): there[0], (last,): there[1] * half}
