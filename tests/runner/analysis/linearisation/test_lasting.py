@@ -71,3 +71,13 @@ def test_what_is_gone_after_a_period_has_the_size_of_what_enters() -> None:
     left, right = Lasting(a, np.eye(3)).reduction
     square = c @ right @ summed(left @ a @ right, left @ left.T) @ (c @ right).T
     assert square[0, 0] == pytest.approx(0.25 + 1.0 + 0.015**2 + 1.25**2 + 0.075**2, rel=1e-12)
+
+
+@pytest.mark.parametrize("coupled", [0.0, 1.0])
+def test_an_input_passes_where_modes_that_last_lead_to_the_output(coupled: float) -> None:
+    """Two integrators, in a row or side by side, and a lag."""
+    lasting = Lasting(np.array([[1.0, 0.0, 0.0], [coupled, 1.0, 0.0], [0.0, 0.0, 0.5]]))
+    first, second, lag = np.eye(3)
+    assert lasting.passes(first[:, None], second) == bool(coupled)
+    assert lasting.passes(first[:, None], first)
+    assert not lasting.passes(lag[:, None], second)
