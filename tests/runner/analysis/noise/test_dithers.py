@@ -4,7 +4,10 @@ import math
 
 import pytest
 
-from proofmass import read_graph
+from proofmass import noise, read_graph
+from proofmass.blocks import AnalogToDigital, DiscreteTransferFunction, WhiteNoise
+from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.decisions.one_bit import noise_at
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Course
@@ -26,9 +29,9 @@ def test_the_map_to_quantisers_alone_moves_them_as_the_whole_one(name: str, outp
     points = OperatingPoints(planned, "20 ms")
     about = points.answered(lambda one: one)
     node = tuple(output.rsplit(".", 1))
-    noise = noise_at(about, [node])  # type: ignore[list-item]
-    whole = period_map(planned, (), [node], noise=noise, memory=Course(planned).at(about.tick))  # type: ignore[list-item]
-    errors, _ = errors_about(about, Ends((), (node,), noise=noise))  # type: ignore[arg-type]
+    noisy = noise_at(about, [node])  # type: ignore[list-item]
+    whole = period_map(planned, (), [node], noise=noisy, memory=Course(planned).at(about.tick))  # type: ignore[list-item]
+    errors, _ = errors_about(about, Ends((), (node,), noise=noisy))  # type: ignore[arg-type]
     expected = {(one.block, one.part): one for one in dithers(errors.of(whole), {})}
     sources = {one.block: one.dither for one in budget_at(points, output).sources if one.dither}
     assert sources, "a comparison of nothing"
@@ -37,3 +40,20 @@ def test_the_map_to_quantisers_alone_moves_them_as_the_whole_one(name: str, outp
         assert dither.rms == pytest.approx(least.rms, rel=1e-9)
         assert dither.change == pytest.approx(least.change, rel=1e-9)
         assert math.isfinite(least.change)
+
+
+@pytest.mark.parametrize("pole", [0.0, 0.5, 0.99])
+def test_from_value_to_value_slow_noise_moves_a_converter_by_little(pole: float) -> None:
+    """y[n+1] = a y[n] + w[n] has a variance of w^2 / (1 - a^2), and changes of variance 2 (1 - a) as large."""
+    size = 3.0
+    blocks: dict[str, Block] = {
+        "noise": WhiteNoise(density=size * math.sqrt(2.0 / 1000.0), unit="V"),
+        "filter": DiscreteTransferFunction(numerator=(1.0,), denominator=(1.0, -pole), input_unit="V", output_unit="V"),
+        "converter": AnalogToDigital(bits=16, reference=32768.0),
+    }
+    wires = ["noise.output -> filter.input", "filter.output -> converter.voltage"]
+    budget = noise(Graph(name="", rate="1 kHz", blocks=blocks, wires=wires), "converter.number")
+    (dither,) = [source.dither for source in budget.sources if source.dither]
+    variance = size**2 / (1.0 - pole**2)
+    assert dither.rms == pytest.approx(math.sqrt(variance), rel=1e-9)
+    assert dither.change == pytest.approx(math.sqrt(2.0 * (1.0 - pole) * variance), rel=1e-9)
