@@ -35,7 +35,7 @@ from proofmass.runner.analysis.linearisation.map_changes import (
 )
 from proofmass.runner.analysis.linearisation.motion import INSTANTS, LONGEST, jumps, moves_limits
 from proofmass.runner.analysis.linearisation.numbers import Orbit, time_text
-from proofmass.runner.analysis.linearisation.orbit_run import ComparedMaps, OrbitRun
+from proofmass.runner.analysis.linearisation.orbit_run import FEW, ComparedMaps, OrbitRun
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, UnrepeatedError
 from proofmass.runner.analysis.linearisation.rings import Rings
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS
@@ -51,11 +51,8 @@ FROZEN, NOTED = 0.02, 1e-3  # largest accepted change of a loop in the time of i
 LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks and periods of a map over several periods
 WAITED = 2  # least number of periods that a waiting switch stands still
 _SETTLED_IN = 3.0  # time constants of a loop that a switch lets it be before it is told as before
-_FORGOTTEN, _STRETCHES = 8.0, 3  # time constants of the lowest crossover in a stretch, number
-_ENOUGH = 2.5  # times as many as a stretch may have
-_SLOW = 50_000  # periods times blocks of a stretch, in plain Python
+_STRETCHES = 3  # of a run whose orbit does not come back
 _LATER = 64  # periods by which a stretch may be longer, to end where the orbit is nearly back
-_FEW = 256  # periods, up to which it may be twice as long
 _JUMPS = 16  # instants at which the map is compared
 MOST_MAPS, MOST_COMPARED = 16, 2_000  # periods and base ticks of maps compared one by one
 MOST_SWITCHED = MOST_VALUES  # periods of a map over those of a switch
@@ -201,34 +198,16 @@ class OrbitSearch:
         forgets nothing, so that a stretch ends where the orbit is nearest to where it began: else
         each repetition would turn the carrier by the rest.
         """
-        periods = self._forgotten(first)
+        periods = self._run.forgotten(first, self._longest)
         if periods < 2:
             return None
-        most = min(max(periods + _LATER, min(2 * periods, _FEW)), self._longest)
+        most = min(max(periods + _LATER, min(2 * periods, FEW)), self._longest)
         periods = self._orbit(most=most).nearest(periods, most)  # it begins again nearly as it ends
         whole, *others = (self._run.map(number * periods, periods) for number in range(_STRETCHES))
         if not all(map(_passes, (whole, *others))):
             return None
         note = f"the orbit does not come back: taken over {_STRETCHES} stretches of {time_text(periods * self._period)}"
         return OrbitPoint(whole, periods, (note,), others=tuple(others))
-
-    def _forgotten(self, first: PeriodMap) -> int:
-        """Return the number of periods in which a loop forgets itself; 0 if they are too many.
-
-        The crossover in one period is that of the carrier's place there: that in about as many tells.
-        """
-        periods, of = 1, first
-        while self._ends.cut:
-            crossovers = self._run.crossovers(of)
-            times = _FORGOTTEN / (2.0 * math.pi * crossovers[0] * self._period) if crossovers else math.inf
-            if times <= _ENOUGH * periods:
-                return periods
-            wanted = min(math.ceil(times) if times <= self._longest else _FEW, self._longest)
-            slow = self._run.course.slopes() is None and wanted * len(self._run.moving) > _SLOW
-            if wanted <= periods or slow:
-                return 0
-            periods, of = wanted, self._run.map(0, wanted)
-        return 0
 
     def _at_instants(self, first: PeriodMap) -> OrbitPoint | None:
         """Return the map from one instant at which the loop is closed to the next one, if it is open between."""

@@ -24,6 +24,9 @@ from proofmass.runner.host.arrays import Array, Complex
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 
+FEW = 256  # periods of a stretch that may as well be twice as long
+_FORGOTTEN, _ENOUGH = 8.0, 2.5  # time constants of the lowest crossover in a stretch, and times as many as it may have
+_SLOW = 50_000  # periods times blocks of a stretch, in plain Python
 _Pair = tuple[PeriodMap, PeriodMap]
 
 
@@ -100,6 +103,24 @@ class OrbitRun:
         w = np.geomspace(1e-9, 0.999, 900) * math.pi / system.sample
         above = np.abs(system.response(w)) > 1.0
         return [float(w[i]) / (2.0 * math.pi) for i in np.flatnonzero(above[:-1] != above[1:])]
+
+    def forgotten(self, first: PeriodMap, longest: int) -> int:
+        """Return the number of periods in which a loop forgets itself; 0 if they are too many.
+
+        The crossover in one period is that of the carrier's place there: that in about as many tells.
+        """
+        periods, of = 1, first
+        while self._ends.cut:
+            crossovers = self.crossovers(of)
+            times = _FORGOTTEN / (2.0 * math.pi * crossovers[0] * first.period) if crossovers else math.inf
+            if times <= _ENOUGH * periods:
+                return periods
+            wanted = min(math.ceil(times) if times <= longest else FEW, longest)
+            slow = self.course.slopes() is None and wanted * len(self.moving) > _SLOW
+            if wanted <= periods or slow:
+                return 0
+            periods, of = wanted, self.map(0, wanted)
+        return 0
 
     def orbit(self, paired: bool, most: int) -> Orbit:
         """Return what some periods that follow leave in states and wires."""
