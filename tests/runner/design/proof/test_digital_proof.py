@@ -13,7 +13,9 @@ from typing import Any
 import pytest
 
 from proofmass import Graph
-from proofmass.blocks import RepeatingSequence
+from proofmass.blocks import Constant, FixedDifference, FixedGain, FixedQuantiser, RepeatingSequence
+from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.declare import Block
 from proofmass.runner.design.proof.digital_proof import DigitalProof
 from proofmass.runner.design.proof.prove import prove
 from proofmass.runner.run.simulate import simulate
@@ -143,3 +145,23 @@ def test_outputs_keep_near_those_in_exact_arithmetic(seed: int) -> None:
                 e = Fraction(section.b * u) / 64 - (section.a1 * e1 + section.a2 * e2) / 64
                 assert found.error[0] - 1e-9 <= y - e <= found.error[1] + 1e-9
                 y1, y2, e1, e2 = y, y1, e, e1
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e-3])
+@pytest.mark.parametrize(("end", "status"), [(31.0, "proved"), (33.0, "refuted")])
+def test_a_slow_gain_is_held_from_one_period_to_the_next(end: float, status: str, offset: float) -> None:
+    """3 u[0] - u[1] is at most 4 times the largest u, wherever in the period the gain ticks; the word ends at 128."""
+    word = Fixed(12, 4)
+    blocks: dict[str, Block] = {
+        "source": Constant(value=0.0),
+        "input": FixedQuantiser(output_format=word),
+        "gain": FixedGain(gain=3.0, input_format=word, output_format=word),
+        "difference": FixedDifference(input_format=word, output_format=word),
+    }
+    wires = ["source.output -> input.input", "input.output -> gain.input"]
+    wires += ["gain.output -> difference.first", "input.output -> difference.second"]
+    clocks: dict[str, Any] = {"rates": {"gain": "500 Hz"}, "offsets": {"gain": offset} if offset else {}}
+    graph = Graph(name="two rates", rate="1 kHz", blocks=blocks, wires=wires, **clocks)
+    found = prove(graph, no_overflow=True, input_ranges={"source.output": [-end, end]}).digital[0]
+    assert found.status == status
+    assert max(room.high for room in found.rooms) == pytest.approx(4.0 * end * 16.0)
