@@ -20,6 +20,7 @@ NEAR = 256  # values from which on all delays between two are followed
 _APART = 1.03  # factor between two of them
 _LEAST, _MOST, _COMPARED = 8, 32, 6  # turns that are followed, and the last that are compared
 _TOLD = 10.0  # times that a size may be wrong, by which it has to differ from one
+_NOTHING = 1e-25  # of what there was a turn before: a loop is stable that leaves less
 _ALIKE = 1e-12  # of turns that are alike but for a factor
 
 
@@ -44,7 +45,7 @@ def stable_delay(maps: TickMaps, longest: int) -> int:
 
 
 def _first_unstable(maps: TickMaps, late: Integers) -> int | None:
-    with np.errstate(over="ignore", invalid="ignore"):  # of loops that grow beyond all numbers
+    with np.errstate(over="ignore", invalid="ignore"):  # of loops that grow beyond all numbers, or end
         unstable = np.flatnonzero(~(_sizes(maps, late) <= 1.0))
     return int(unstable[0]) if len(unstable) else None
 
@@ -56,14 +57,16 @@ def _sizes(maps: TickMaps, late: Integers) -> Array:
     wire = np.random.default_rng(0).standard_normal((most, len(late)))
     x, columns = np.zeros((maps.b.shape[1], len(late))), np.arange(len(late))
     shown: list[Array] = []
-    sizes = np.ones(len(late))
+    sizes, gone = np.ones(len(late)), np.zeros(len(late), dtype=bool)
     for first in range(0, _MOST * turn, turn):
         for k in range(first, first + turn):
             place = k % values
             given = wire[(k - late) % most, columns]
             wire[k % most] = maps.c[place] @ x + maps.d[place] * given
             x = maps.a[place] @ x + maps.b[place][:, None] * given
-        scale = np.maximum(np.max(np.abs(wire), axis=0), 1e-300)
+        scale = np.max(np.abs(wire), axis=0)
+        gone |= scale < _NOTHING
+        scale[gone] = 1.0
         x, wire = x / scale, wire / scale
         shown = [
             *(before / scale for before in shown[1 - _COMPARED :]),
@@ -71,9 +74,9 @@ def _sizes(maps: TickMaps, late: Integers) -> Array:
         ]
         if first >= _LEAST * turn:
             sizes, wrong = _slowest(np.array(shown))
-            if not np.any(np.abs(sizes - 1.0) <= _TOLD * wrong):
+            if not np.any(~gone & (np.abs(sizes - 1.0) <= _TOLD * wrong)):
                 break
-    return sizes
+    return np.where(gone, 0.0, sizes)
 
 
 def _slowest(turns: Array) -> tuple[Array, Array]:

@@ -20,6 +20,8 @@ from proofmass.blocks import (
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.loops import REQUIREMENTS
+from proofmass.runner.analysis.linearisation.tick_maps import TickMaps
+from proofmass.runner.analysis.margins.followed_delays import stable_delay
 from proofmass.runner.analysis.margins.many import ManyMargins
 from proofmass.runner.planning.plan import plan, varied
 
@@ -61,6 +63,15 @@ def test_an_integrator_of_small_gains(low: float) -> None:
 @pytest.mark.parametrize("mean", [0.006, 0.03, pytest.param(0.001, marks=pytest.mark.exhaustive)])
 def test_an_integrator_of_forty_small_gains(mean: float) -> None:
     check_integrator(tuple((2.0 * mean * np.random.default_rng(3).permutation(40) / 39.0).tolist()))
+
+
+@pytest.mark.parametrize("gain", [0.5, 0.2])
+def test_what_ends_within_a_long_period_is_stable(gain: float) -> None:
+    """2^-1200 is no number: a small delay leaves nothing of the start. `gain` is that of z^s (z - 1) = -g."""
+    ones = np.ones((1200, 1))
+    maps = TickMaps(ones[:, :, None], gain * ones, -ones, np.zeros(1200), {})
+    expected = 0.5 * (0.5 * math.pi / math.asin(0.5 * gain) - 1.0)
+    assert stable_delay(maps, 64) == pytest.approx(expected, abs=1.0)
 
 
 def check_integrator(gains: tuple[float, ...]) -> None:
