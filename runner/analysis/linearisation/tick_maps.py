@@ -120,10 +120,12 @@ class TickMaps:
 
     @cached_property
     def units(self) -> Array:
-        """Units of the states that a period of a stable system begins with, in which all inputs ever
-        stir them as much as all outputs show them.
+        """Units of the states that a period of a stable closed loop begins with, in which all inputs
+        ever stir them as much as all outputs show them.
         """
-        a, g, h = self.a, self.b[:, :, None] * self.b[:, None, :], self.c[:, :, None] * self.c[:, None, :]
+        closed = self.fed_back()
+        b, c = closed.b, closed.c
+        a, g, h = closed.a, b[:, :, None] * b[:, None, :], c[:, :, None] * c[:, None, :]
         while len(a) > 1:
             left = [part[len(a) - len(a) % 2 :] for part in (a, g, h)]
             a, g, h = map(np.concatenate, zip(_added(a, g, h), left, strict=True))
@@ -154,7 +156,7 @@ class TickMaps:
             left = [part[len(a) - len(a) % 2 :] for part in (a, g, h)]
             a, g, h = map(np.concatenate, zip(_composed(a, g, h), left, strict=True))
         kept = np.ix_(*[list(self.places.values())] * 2)  # what else there is in x begins each period at zero
-        values = _symplectic_poles(a[0][kept], g[0][kept], h[0][kept], closed.units)
+        values = _symplectic_poles(a[0][kept], g[0][kept], h[0][kept], self.units)
         values = others(values, [*hidden, *(1.0 / pole.conjugate() for pole in hidden)])
         on_circle = values[np.abs(np.abs(values) - 1.0) <= near]
         return sorted(float(angle) for angle in np.angle(on_circle))
