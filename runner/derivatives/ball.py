@@ -257,6 +257,21 @@ def of_balls(function: Callable[..., Any], *numbers: Any) -> Any:
     return Ball(value).widened()
 
 
+def of_series(value: Callable[[Any], Any], slope: Callable[[Any], Any], of: Any) -> Any:
+    """Return a function of a power series, by its value at the first coefficient and its slope.
+
+    `of` is Arb's: f(u) = f(u_0) + the integral of f'(u) u'. Raises `UndecidedError` outside its domain.
+    """
+    first = flint.arb_series([arb_of(value(Ball(of[0])))], prec=of.prec)
+    if of.prec == 1:
+        return first
+    shorter = flint.arb_series(of.coeffs(), prec=of.prec - 1)
+    try:
+        return first + (slope(shorter) * flint.arb(1, LAST_PLACES) * of.derivative()).integral()
+    except (ZeroDivisionError, ValueError):
+        raise UndecidedError("a function without a slope") from None
+
+
 def ball_exponential(rows: Sequence[Sequence[Any]], period: float) -> list[list[Any]]:
     """Return exp([[A, B], [0, 0]] period) of the rows [A B], which may hold balls, by rows; raises `UndecidedError`."""
     size = len(rows[0])

@@ -11,8 +11,10 @@ import types
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
+import flint
+
 from proofmass.blocks.arithmetic import elementary, rounding
-from proofmass.runner.derivatives.ball import Ball, of_balls
+from proofmass.runner.derivatives.ball import Ball, of_balls, of_series
 from proofmass.runner.derivatives.dual import SIGNALS, UNDEFINED, Dual, chained, plain, slopes_of, value_of, with_plain
 from proofmass.runner.derivatives.polynomial import PolynomialBall
 from proofmass.runner.derivatives.slopes import SLOPES_OF_ONE, SLOPES_OF_TWO, WIDE_SLOPES
@@ -127,6 +129,8 @@ def _of_one(
     def apply(x: Any) -> Any:
         if isinstance(x, PolynomialBall):
             return x.through(apply)
+        if isinstance(x, flint.arb_series):
+            return of_series(apply, wide or slope, x)
         if not isinstance(x, Dual):
             return of_balls(function, x) if isinstance(x, Ball) else function(x)
         value = apply(x.value)

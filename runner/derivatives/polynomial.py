@@ -17,7 +17,6 @@ import flint
 
 from proofmass.runner.continuous.exact_hold import balance
 from proofmass.runner.derivatives.ball import LAST_PLACES, Ball, UndecidedError, arb_of
-from proofmass.runner.derivatives.dual import dual, plain, slopes_of
 
 ORDER = 4  # of the terms that are kept
 Key = tuple[int, ...]  # numbers of the coordinates in a product, in ascending order
@@ -179,30 +178,24 @@ class PolynomialBall(Ball):
         return self.terms.get((), flint.arb(0)), PolynomialBall({key: term for key, term in self.terms.items() if key})
 
     def through(self, function: Callable[[Any], Any]) -> Any:
-        """Return a function of it, by its series about the middle; `function` takes duals."""
+        """Return a function of it, by its series about the middle; `function` takes Arb's series."""
         if function not in self.functions:
             self.functions[function] = self._series(function)
         return self.functions[function]
 
     def _series(self, function: Callable[[Any], Any]) -> Any:
         middle, apart = self._parted()
-        series = _derivatives(function, Ball(middle))[:-1] + _derivatives(function, Ball(self.arb))[-1:]
+        coefficients = _series_about(middle, function)[:-1] + _series_about(self.arb, function)[-1:]
         total: Any = 0.0
-        for order in range(ORDER, -1, -1):  # each derivative times apart^order / order!, the last of all that it may be
-            total = total * apart * Ball(flint.arb(1) / (order + 1)) + series[order]
+        for coefficient in reversed(coefficients):  # the last is that of all that it may be
+            total = total * apart + Ball(coefficient)
         return total
 
 
-def _derivatives(function: Callable[[Any], Any], at: Ball) -> list[Any]:
-    """Return a function of a number and its derivatives up to `ORDER`."""
-    seeded: Any = at
-    for level in range(ORDER):
-        seeded = dual(seeded, {0: 1.0}, level)
-    value, found = function(seeded), []
-    for level in range(ORDER - 1, -1, -1):
-        found.append(plain(value))
-        value = slopes_of(value, level).get(0, 0.0)
-    return [*found, plain(value)]
+def _series_about(middle: Any, function: Callable[[Any], Any]) -> list[Any]:
+    """Return the coefficients of a function's series about a number, up to `ORDER`."""
+    found = function(flint.arb_series([middle, 1], prec=ORDER + 1)).coeffs()
+    return [*found, *[flint.arb(0)] * (ORDER + 1 - len(found))]
 
 
 def _terms_of(number: Any) -> Terms | None:
