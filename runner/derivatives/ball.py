@@ -22,6 +22,9 @@ import flint
 from proofmass.blocks.arithmetic import elementary
 
 BITS = 96  # of the midpoints
+UNIT = 2.0**-53  # largest relative rounding error of a double
+UP = 1.0 + 2.0**-40  # more than the rounding of a sum of some thousand positive numbers
+LEAST = 1e-290  # more than what underflow takes
 LAST_PLACES = 2.0**-50  # more than a few units in the last place of a double
 
 
@@ -173,6 +176,15 @@ def arb_of(number: Any) -> Any:
     if isinstance(number, int | float):
         return flint.arb(number)
     raise TypeError(f"a {type(number).__name__} cannot be a ball")
+
+
+def double_of(number: Any) -> tuple[float, float]:
+    """Return the double nearest to a number, and how far it may be off."""
+    if type(number) is float:
+        return number, 0.0
+    value = arb_of(number)
+    middle = float(value.mid())
+    return middle, float((value - middle).abs_upper()) * UP
 
 
 def whole(number: Any) -> int:

@@ -16,8 +16,8 @@ from typing import Any
 import flint
 import numpy as np
 
-from proofmass.runner.derivatives.polynomial import Terms, product
-from proofmass.runner.design.proof.closed_loop import Family, MapTerms, OpenCorners, joined
+from proofmass.runner.derivatives.taylor_model import TaylorModel, joined
+from proofmass.runner.design.proof.closed_loop import Family, MapParts, OpenCorners
 from proofmass.runner.design.proof.enclosed import Enclosed, quarters
 from proofmass.runner.host.arrays import Array
 
@@ -87,8 +87,9 @@ def _near_inverse(of: OpenCorners, limit: float) -> Array:
     return np.asarray(near) if np.isfinite(near).all() else np.eye(n + 1)
 
 
-def _moving(parts: MapTerms, n: int, left: Array) -> Terms:
+def _moving(parts: MapParts, n: int, left: Array) -> TaylorModel:
     """Return A and R M without what does not follow coordinates in M, as polynomials."""
     a, b, c, d = parts
-    moved = product({(): flint.arb_mat(left.tolist())}, joined([[a, b], [c, d]], (n, 1)))
-    return joined([[a, {}], [{}, moved]], (n, n + 1))
+    moved = TaylorModel.constant(left) @ joined([[a, b], [c, d]])
+    beside = np.zeros((n, n + 1))
+    return joined([[a, TaylorModel.constant(beside)], [TaylorModel.constant(beside.T), moved]])

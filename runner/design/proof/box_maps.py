@@ -4,14 +4,13 @@ import itertools
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-import flint
 import numpy as np
 
 from proofmass.runner.derivatives.ball import ball
-from proofmass.runner.derivatives.polynomial import PolynomialBall, matrix_terms
+from proofmass.runner.derivatives.polynomial import PolynomialBall, model_of
 from proofmass.runner.design.proof.ball_map import Starting
 from proofmass.runner.design.proof.claim import Claim
-from proofmass.runner.design.proof.closed_loop import ClosedTicks, MapTerms, OpenCorners, bend, parts_of
+from proofmass.runner.design.proof.closed_loop import ClosedTicks, MapParts, OpenCorners, bend, parts_of
 from proofmass.runner.design.proof.coordinates import Sides
 from proofmass.runner.design.proof.enclosed import Enclosed
 
@@ -55,16 +54,16 @@ class BoxMaps:
 
     def _over(self, sides: Sides) -> OpenCorners:
         chosen = [i for i, (low, high) in enumerate(sides) if low < high][:MOST_CORNERS]
-        loop, parameters = self._loop, self._parameters([_polynomial(s, i, i in chosen) for i, s in enumerate(sides)])
+        loop, parameters = self._loop, self._parameters([_polynomial(s, i) for i, s in enumerate(sides)])
         whole = loop.map(self._parameters([ball(*side) for side in sides]) if loop.in_ticks else parameters)
         order, kept, size = whole.order, whole.kept, (len(whole.rows), len(whole.rows[0]))
         ticks = ClosedTicks(loop.ticks(parameters, kept)) if loop.in_ticks else None
         if ticks is None:
-            stack = Enclosed.at_corners(matrix_terms(whole.rows), size, chosen)
+            stack = Enclosed.at_corners(model_of(whole.rows), chosen)
         else:
             stack = ticks.of.opened(chosen, kept.inputs)
 
-        def around() -> MapTerms:
+        def around() -> MapParts:
             return parts_of(loop.map(parameters, kept) if loop.in_ticks else whole)
 
         return OpenCorners(order, size[0] - order, stack, around, kept.rest, tuple(chosen), len(sides), ticks)
@@ -74,19 +73,16 @@ class BoxMaps:
         near = [(middle, middle) for middle in (middle_of(*side) for side in sides)]
         (low, high), (middle, _) = sides[place], near[place]
         near[place] = middle + _NEAR * (low - middle), middle + _NEAR * (high - middle)
-        parameters = self._parameters([_polynomial(side, i, True) for i, side in enumerate(near)])
+        parameters = self._parameters([_polynomial(side, i) for i, side in enumerate(near)])
         return bend(self._loop.map(parameters), place)
 
 
-def _polynomial(side: tuple[float, float], number: int, at_ends: bool) -> PolynomialBall:
-    """Return a coordinate over a side; one that is not at both ends among the corners is in their
-    middle in double.
+def _polynomial(side: tuple[float, float], number: int) -> PolynomialBall:
+    """Return a coordinate over a side, about its middle in double.
 
     It is one of a single value too: what varies is never rounded by a converter.
     """
-    low, high = map(flint.arb, side)
-    middle, half = ((low + high) / 2, (high - low) / 2) if at_ends else (middle_of(*side), _half(*side))
-    return PolynomialBall({(): flint.arb(middle)} | ({(number,): flint.arb(half)} if low < high else {}))
+    return PolynomialBall.about(middle_of(*side), _half(*side), number)
 
 
 def middle_of(low: float, high: float) -> float:

@@ -33,15 +33,16 @@ from typing import Any
 import flint
 import numpy as np
 
-from proofmass.runner.derivatives.ball import UndecidedError
-from proofmass.runner.derivatives.polynomial import Key, Terms, added, matrix_terms, product, repeated
+from proofmass.runner.derivatives.ball import UNIT, UP, UndecidedError
+from proofmass.runner.derivatives.polynomial import model_of
+from proofmass.runner.derivatives.taylor_model import TaylorModel, joined
 from proofmass.runner.design.proof.ball_map import BallMap
-from proofmass.runner.design.proof.enclosed import UP, Enclosed, RestPoint, quarters
+from proofmass.runner.design.proof.enclosed import Enclosed, RestPoint, quarters
 from proofmass.runner.design.proof.tick_products import TickProducts
 from proofmass.runner.design.proof.wire_factors import Factor
 from proofmass.runner.host.arrays import Array
 
-MapTerms = tuple[Terms, Terms, Terms, Terms]  # A, B, C and D, as polynomials of d_i / h_i
+MapParts = tuple[TaylorModel, TaylorModel, TaylorModel, TaylorModel]  # A, B, C and D, as polynomials of d_i / h_i
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ class OpenCorners:
     order: int
     values: int  # of the wire in a period
     corners: Enclosed  # a matrix for each corner
-    around: Callable[[], MapTerms] | None  # in all of the box
+    around: Callable[[], MapParts] | None  # in all of the box
     rest: RestPoint | None  # where the sensors of the box rest, None at the start of a run
     interpolated: tuple[int, ...]  # coordinates that are at both ends among the corners; the others are in the middle
     sides: int  # coordinates of the box, without the factor's
@@ -91,19 +92,21 @@ class OpenCorners:
     frame: Array | None = None  # S: the states are S times these
 
     @cached_property
-    def terms(self) -> MapTerms:
+    def terms(self) -> MapParts:
         """A, B, C and D in all of the box."""
-        return self.around() if self.around else ({}, {}, {}, {})
+        if self.around:
+            return self.around()
+        a, b, c, d = map(TaylorModel.constant, quarters(0.0 * self.corners.middle[0], self.order))
+        return a, b, c, d
 
-    def shares(self, terms: Terms) -> dict[int, Array]:
+    def shares(self, terms: TaylorModel) -> dict[int, Array]:
         """Return what each coordinate adds beyond the corners, of a matrix of the box."""
         return shares_of(terms, {*self.interpolated}, self.sides)
 
     def framed(self, frame: Array) -> "OpenCorners":
         """Return the loop with its states in coordinates S of their own."""
         n = self.order
-        to = flint.arb_mat(frame.tolist())
-        back = Enclosed.of_balls([_inverse(to).tolist()])
+        back = _inverse(frame)
         a, b, c, d = quarters(self.corners, n)
         turned = Enclosed.exact(frame)
         return replace(self, corners=Enclosed.joined([[back @ a @ turned, back @ b], [c @ turned, d]]), frame=frame)
@@ -120,21 +123,26 @@ class ClosedTicks:
     """The ticks of a loop, and its products that were asked for."""
 
     of: TickProducts
-    known: dict[Any, Terms] = field(default_factory=dict)
+    known: dict[Any, TaylorModel] = field(default_factory=dict)
 
-    def terms(self, factor: Factor, ends: tuple[float, float], chord: bool, last: int) -> Terms:
+    def terms(self, factor: Factor, ends: tuple[float, float], chord: bool, last: int) -> TaylorModel:
         """Return the closed loop over a period as a polynomial."""
         key = factor.name, ends
         if key not in self.known:
-            self.known[key] = self.of.closed(factor.terms(*ends, chord, last), factor.parts)
+            self.known[key] = self.of.closed(factor.model(*ends, chord, last), factor.parts)
         return self.known[key]
 
 
-def _inverse(matrix: Any) -> Any:
+def _inverse(matrix: Array) -> Enclosed:
     try:
-        return matrix.inv()
+        inverse: Any = flint.arb_mat(matrix.tolist()).inv()
     except ZeroDivisionError:
         raise UndecidedError("coordinates that are not independent") from None
+    return Enclosed.of_balls([inverse.tolist()])
+
+
+def _constant(matrix: Enclosed) -> TaylorModel:
+    return TaylorModel.constant(matrix.middle[0], matrix.radius[0])
 
 
 @dataclass(frozen=True)
@@ -179,17 +187,17 @@ class Family:
         return np.array(moves).reshape(-1, *self.corners.middle.shape[1:])
 
 
-def parts_of(of: BallMap) -> MapTerms:
+def parts_of(of: BallMap) -> MapParts:
     """Return A, B, C and D of a map."""
-    sides = slice(None, of.order), slice(of.order, None)
-    a, b, c, d = (matrix_terms([row[columns] for row in of.rows[rows]]) for rows in sides for columns in sides)
+    a, b, c, d = quarters(model_of(of.rows), of.order)
     return a, b, c, d
 
 
 def bend(of: BallMap, place: int) -> float:
     """Return how far an open loop bends along a coordinate of a box."""
-    terms = matrix_terms(of.rows)
-    return float(np.sum(_sizes(terms[place, place]))) if (place, place) in terms else 0.0
+    model = model_of(of.rows)
+    twice = np.flatnonzero((model.of.orders == 2) & (model.of.exponents[:, place : place + 1] == 2).any(axis=1))
+    return float(np.abs(model.coefficients[twice]).sum())
 
 
 def closed_loops(factor: Factor, of: OpenCorners, ends: tuple[float, float]) -> Family:
@@ -199,34 +207,32 @@ def closed_loops(factor: Factor, of: OpenCorners, ends: tuple[float, float]) -> 
     factors = factor.corners(*ends, chord)
     stacked = Enclosed.interleaved([_closed_at(of, f) for f in factors])
     if of.ticks is None:
-        terms = closed_terms(of.terms, of.values, factor.terms(*ends, chord, last), factor.parts)
+        terms = closed_terms(of.terms, of.values, factor.model(*ends, chord, last), factor.parts)
     else:
         terms = of.ticks.terms(factor, ends, chord, last)
     if of.frame is not None:
-        to = flint.arb_mat(np.kron(np.eye(factor.parts), of.frame).tolist())
-        back = _inverse(to)
-        terms = {key: back * term * to for key, term in terms.items()}
+        back, unit = _inverse(of.frame), np.eye(factor.parts)
+        to = np.kron(unit, of.frame)
+        terms = _constant(back.repeated(factor.parts)) @ terms @ TaylorModel.constant(to)
     shares = shares_of(terms, {*of.interpolated, last, last + chord}, last)
     return Family(stacked, len(factors), shares, opened=of if of.ticks else None)
 
 
-def shares_of(terms: Terms, exact: set[int], last: int) -> dict[int, Array]:
+def shares_of(model: TaylorModel, exact: set[int], last: int) -> dict[int, Array]:
     """Return what each coordinate adds beyond the corners, of which `last` is the factor's.
 
     What is not known of any term may differ between corners and what lies among them.
     """
-    shares, unknown = dict[int, Array](), np.zeros(())
-    for key, term in terms.items():
-        entries = term.tolist()
-        middle = flint.arb_mat([[value.mid() for value in row] for row in entries])
-        unknown = unknown + 2.0 * _sizes(term - middle)
-        if len({*key}) < len(key) or not exact.issuperset(key):
-            i = min(max(key, key=key.count), last)
-            shares[i] = shares.get(i, 0.0) + _sizes(middle)
-    if unknown.any():
+    powers = model.of.exponents
+    inexact = [i for i in range(powers.shape[1]) if i not in exact]
+    beyond = np.flatnonzero((powers > 1).any(axis=1) | powers[:, inexact].any(axis=1))
+    owners = np.minimum(powers[beyond].argmax(axis=1), last) if len(beyond) else beyond
+    sizes = np.abs(model.coefficients[beyond]) * UP
+    shares = {int(i): sizes[owners == i].sum(axis=0) * UP for i in np.unique(owners)}
+    if np.any(model.radius):
         most = max(shares, key=lambda i: float(shares[i].sum()), default=last)
-        shares[most] = (shares.get(most, 0.0) + unknown) * UP
-    return {i: share * UP for i, share in shares.items()}
+        shares[most] = (shares.get(most, 0.0) + 2.0 * model.radius) * UP
+    return shares
 
 
 def with_disk(of: OpenCorners, ends: tuple[float, float]) -> Family:
@@ -240,33 +246,30 @@ def with_disk(of: OpenCorners, ends: tuple[float, float]) -> Family:
     b = b @ e
     below = (e @ c).scaled(size), e.moved(-0.5 * np.eye(k)).scaled(size)
     corners = Enclosed.joined([[a + b @ c, b], list(below)])
-    return Family(corners, 1, of.shares(disk_terms(of.terms, n, k, flint.arb(size))), still=k)
+    return Family(corners, 1, of.shares(disk_terms(of.terms, size)), still=k)
 
 
 def through(of: OpenCorners, ends: tuple[float, float]) -> Family:
     """Return the matrix of a response with its output over a limit, both `ends`, over a box."""
     limit, n, k = ends[0], of.order, of.values
     a, b, c, d = of.terms
-    below = ({key: term / flint.arb(limit) for key, term in part.items()} for part in (c, d))
-    shares = of.shares(joined([[a, b], [*below]], (n, k)))
+    below = [part.scaled(1.0 / limit, UNIT / limit) for part in (c, d)]
+    shares = of.shares(joined([[a, b], below]))
     above, under = (of.corners[rows, slice(None)] for rows in (slice(None, n), slice(n, None)))
     corners = Enclosed.joined([[above], [under.scaled(1.0 / limit)]])
     return Family(corners, 1, shares, still=k)
 
 
-def disk_terms(parts: MapTerms, order: int, values: int, size: Any) -> Terms:
+def disk_terms(parts: MapParts, size: float) -> TaylorModel:
     """Return the matrix of all factors of a disk as a polynomial."""
     a, b, c, d = parts
-    unit = flint.arb_mat([[int(i == j) for j in range(values)] for i in range(values)])
-    e: Terms = {(): unit}
-    power = e
-    for _ in range(values - 1 if d else 0):
-        power = product(d, power)
-        e = added(e, power)
-    b = product(b, e)
-    scale: Terms = {(): size * unit}
-    below = product(scale, product(e, c)), product(scale, added(e, {(): unit * flint.arb(-0.5)}))
-    return joined([[added(a, product(b, c)), b], list(below)], (order, values))
+    values = np.eye(d.coefficients.shape[1])
+    e = power = TaylorModel.constant(values)
+    for _ in range(len(values) - 1 if d.present else 0):
+        power = d @ power
+        e = e + power
+    b = b @ e
+    return joined([[a + b @ c, b], [(e @ c).scaled(size), e.moved(-0.5 * values).scaled(size)]])
 
 
 def _closed_at(of: OpenCorners, factor: Sequence[Sequence[Any]]) -> Enclosed:
@@ -281,40 +284,12 @@ def _closed_at(of: OpenCorners, factor: Sequence[Sequence[Any]]) -> Enclosed:
     return a + b @ back
 
 
-def closed_terms(of: MapTerms, values: int, wire: Terms, parts: int) -> Terms:
+def closed_terms(of: MapParts, values: int, wire: TaylorModel, parts: int) -> TaylorModel:
     """Return the loop closed with factors of so many parts at its wire, as a polynomial."""
-    a, b, c, d = (repeated(part, parts) for part in of)
-    f = {key: _spread(term.tolist(), values) for key, term in wire.items()}
-    power = back = product(f, c)
-    for _ in range(values - 1 if d else 0):
-        power = product(f, product(d, power))
-        back = added(back, power)
-    return added(a, product(b, back))
-
-
-def _spread(factors: Sequence[Sequence[Any]], values: int) -> Any:
-    """Return the matrix that applies factors to each value of a wire."""
-    size = values * len(factors)
-    places = [(i, j) for i in range(size) for j in range(size)]
-    entries = [factors[i // values][j // values] if i % values == j % values else 0 for i, j in places]
-    return flint.arb_mat(size, size, entries)
-
-
-def joined(parts: Sequence[Sequence[Terms]], sizes: Sequence[int]) -> Terms:
-    """Return blocks of matrices as one, with rows and columns of these sizes."""
-    whole: dict[Key, Any] = {}
-    for key in {key for row in parts for part in row for key in part}:
-        rows: list[list[Any]] = []
-        for row, height in zip(parts, sizes, strict=True):
-            blocks = [
-                part[key].tolist() if key in part else [[0] * width] * height
-                for part, width in zip(row, sizes, strict=True)
-            ]
-            rows += [list(itertools.chain(*lines)) for lines in zip(*blocks, strict=True)]
-        whole[key] = flint.arb_mat(rows)
-    return whole
-
-
-def _sizes(matrix: Any) -> Array:
-    """Return bounds of the sizes of balls."""
-    return np.array([[float(value.abs_upper()) for value in row] for row in matrix.tolist()]) * (1.0 + 2.0**-50)
+    a, b, c, d = (part.placed(lambda matrix: np.kron(np.eye(parts), matrix)) for part in of)
+    f = wire.placed(lambda factor: np.kron(factor, np.eye(values)))  # for each value of the wire
+    power = back = f @ c
+    for _ in range(values - 1 if d.present else 0):
+        power = f @ (d @ power)
+        back = back + power
+    return a + b @ back

@@ -23,10 +23,10 @@ import numpy as np
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
-from proofmass.runner.derivatives.ball import UndecidedError
+from proofmass.runner.derivatives.ball import UNIT, UP, UndecidedError
 from proofmass.runner.design.proof.closed_loop import Disc, Family
 from proofmass.runner.design.proof.descent import descended, largest, unknown
-from proofmass.runner.design.proof.enclosed import UNIT, UP, Enclosed, quarters
+from proofmass.runner.design.proof.enclosed import Enclosed, quarters
 from proofmass.runner.design.proof.half_plane import PoleRegion
 from proofmass.runner.host.arrays import Array
 

@@ -20,13 +20,9 @@ from typing import Any, TypeVar
 import flint
 import numpy as np
 
-from proofmass.runner.derivatives.ball import Ball, UndecidedError, arb_of
-from proofmass.runner.derivatives.polynomial import Terms, at_corners
+from proofmass.runner.derivatives.ball import LEAST, UNIT, UP, Ball, UndecidedError, arb_of, double_of
+from proofmass.runner.derivatives.taylor_model import TaylorModel
 from proofmass.runner.host.arrays import Array
-
-UNIT = 2.0**-53  # largest relative rounding error of a double
-UP = 1.0 + 2.0**-40  # more than the rounding of a sum of some thousand positive numbers
-_LEAST = 1e-290  # more than what underflow takes
 
 
 @dataclass(frozen=True)
@@ -39,21 +35,20 @@ class Enclosed:
     @classmethod
     def of_balls(cls, stack: Sequence[Sequence[Sequence[Any]]]) -> "Enclosed":
         """Return matrices of numbers and balls; raises `UndecidedError` beyond all doubles."""
-        arbs = [[[arb_of(value) for value in row] for row in rows] for rows in stack]
-        middle = np.array([[[float(value.mid()) for value in row] for row in rows] for rows in arbs])
-        apart = [
-            [[float((value - m).abs_upper()) for value, m in zip(row, middles, strict=True)] for row, middles in pairs]
-            for pairs in (zip(rows, of, strict=True) for rows, of in zip(arbs, middle.tolist(), strict=True))
-        ]
-        if not np.isfinite(apart).all():
-            raise UndecidedError("a number without bounds")
-        return cls(middle, np.array(apart) * UP)
+        whole = np.array([[[double_of(value) for value in row] for row in rows] for rows in stack])
+        whole = whole.reshape(len(stack), len(stack[0]), -1, 2)
+        return cls(whole[..., 0], whole[..., 1])._known()
 
     @classmethod
-    def at_corners(cls, terms: Terms, size: tuple[int, int], places: Sequence[int]) -> "Enclosed":
-        """Return a polynomial of matrices of some size at the corners of some coordinates."""
-        whole = {(): flint.arb_mat(*size), **terms}
-        return cls.of_balls([corner.tolist() for corner in at_corners(whole, places)])
+    def at_corners(cls, model: TaylorModel, places: Sequence[int]) -> "Enclosed":
+        """Return a polynomial of matrices at the corners of some coordinates, without its radius."""
+        return cls(*model.at_corners(places))._known()
+
+    def _known(self) -> "Enclosed":
+        """Return the matrices; raises `UndecidedError` where one has no bounds."""
+        if not (np.isfinite(self.middle).all() and np.isfinite(self.radius).all()):
+            raise UndecidedError("a number without bounds")
+        return self
 
     @classmethod
     def exact(cls, middle: Array) -> "Enclosed":
@@ -93,7 +88,7 @@ class Enclosed:
         left, right = np.abs(self.middle), np.abs(other.middle)
         terms = (self.middle.shape[-1] + 2) * UNIT
         radius = (left * terms + self.radius) @ right + (left + self.radius) @ other.radius
-        return Enclosed(self.middle @ other.middle, radius * UP + _LEAST)
+        return Enclosed(self.middle @ other.middle, radius * UP + LEAST)
 
     def moved(self, by: Array) -> "Enclosed":
         """Return the matrices with a matrix of doubles added to each."""
@@ -102,7 +97,7 @@ class Enclosed:
     def scaled(self, factor: float) -> "Enclosed":
         """Return the matrices times a double, or times what it is the nearest double to."""
         middle = self.middle * factor
-        return Enclosed(middle, (self.radius * abs(factor) + 4.0 * UNIT * np.abs(middle)) * UP + _LEAST)
+        return Enclosed(middle, (self.radius * abs(factor) + 4.0 * UNIT * np.abs(middle)) * UP + LEAST)
 
     def repeated(self, times: int) -> "Enclosed":
         """Return each matrix along the diagonal as many times."""
@@ -115,11 +110,11 @@ class Enclosed:
         return Enclosed(_numbers(np.kron(self.middle, unit)), _numbers(np.kron(self.radius, unit)))
 
 
-_Whole = TypeVar("_Whole", Enclosed, Array)
+_Whole = TypeVar("_Whole", Enclosed, TaylorModel, Array)
 
 
 def quarters(whole: _Whole, n: int) -> list[_Whole]:
-    """Return A, B, C and D of [A B; C D], arrays or `Enclosed`, A of n rows and columns."""
+    """Return A, B, C and D of [A B; C D], A of n rows and columns."""
     sides = slice(None, n), slice(n, None)
     return [whole[..., rows, columns] for rows in sides for columns in sides]
 

@@ -22,7 +22,8 @@ import numpy as np
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.covariance import summed
-from proofmass.runner.design.proof.closed_loop import Family, OpenCorners, joined
+from proofmass.runner.derivatives.taylor_model import TaylorModel, joined
+from proofmass.runner.design.proof.closed_loop import Family, OpenCorners
 from proofmass.runner.design.proof.contraction import Norm, bound_of, first_norm
 from proofmass.runner.design.proof.descent import descended, largest, unknown
 from proofmass.runner.design.proof.enclosed import Enclosed, quarters
@@ -43,7 +44,8 @@ def with_noise(of: OpenCorners, limit: float) -> Family:
     empty = Enclosed.exact(np.zeros((len(of.corners.middle), n + r, r)))
     square = Enclosed.joined([[of.corners[slice(None), states], empty]])
     a, b, c, d = of.terms
-    shares = of.shares(joined([[a, {}], [c, {}]], (n, r)))
+    right = (TaylorModel.constant(np.zeros((size, r))) for size in (n, r))
+    shares = of.shares(joined([[left, beside] for left, beside in zip((a, c), right, strict=True)]))
     entering = of.corners[slice(None), rest]
     beyond = np.zeros(entering.middle.shape[1:])
     for place, part in ((states, b), (rest, d)):

@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.balance import balanced
-from proofmass.runner.design.proof.enclosed import UNIT, UP
+from proofmass.runner.derivatives.ball import LEAST, UNIT, UP
 from proofmass.runner.host.arrays import Array
 
 MOST_POWERS, MOST_WORK = 1 << 17, 2e10  # and products of numbers to compute them
@@ -27,7 +27,7 @@ _SMALL, _LESS_THAN_ONE = 2.0**-40, 0.9  # norms of the last power: enough, and e
 _LARGE = 1e100  # norm of a power from which a map grows
 _CHUNK, _NUMBERS = 64, 1 << 22  # powers of the first chunk, and entries of responses in the largest
 _NEAR = 1e-7  # distance of a pole from the circle from which no power of few enough is small
-_LEAST = 1e-290  # more than what underflow takes
+
 
 ExactRows = Sequence[Sequence[Fraction]]
 
@@ -73,7 +73,7 @@ class Powers:
         for chunk in self.chunks():
             absolute = np.abs(chunk)
             norms = absolute.sum(axis=2).max(axis=1, initial=0.0)
-            rounding = (self.order + 4) * UNIT * (size_of_a @ absolute) + _LEAST  # and of A
+            rounding = (self.order + 4) * UNIT * (size_of_a @ absolute) + LEAST  # and of A
             apart = rounding.sum(axis=2).max(axis=1, initial=0.0)
             total, errors = total + float(norms.sum()) * UP, errors + float(apart.sum()) * UP
             worst, count = max(worst, float(apart.max(initial=0.0))), count + len(chunk)
@@ -146,7 +146,7 @@ def extremes(powers: Powers, entering: Entering, rows: ExactRows) -> Extremes | 
     size_of_c, size_of_b = np.abs(c), np.abs(b) * sizes
     all_of_c, all_of_b = size_of_c.sum(axis=1), size_of_b.max(axis=0, initial=0.0)
     known = (size_of_c @ sums.sizes @ size_of_b).sum(axis=1)
-    rounding = (sums.count + len(sizes) + 2 * powers.order + 16) * UNIT * known + _LEAST
+    rounding = (sums.count + len(sizes) + 2 * powers.order + 16) * UNIT * known + LEAST
     rounding += all_of_c * sums.error * float(all_of_b.sum())
     after = np.abs(sums.last) @ size_of_b
     rest = float((after.max(axis=0, initial=0.0) + sums.error_of_last * all_of_b).sum())

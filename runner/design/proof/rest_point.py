@@ -37,7 +37,8 @@ from proofmass.runner.analysis.linearisation.seeds import HELD, at_place, held_i
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.derivatives.ball import BITS, Ball, UndecidedError, arb_of
 from proofmass.runner.derivatives.dual import SIGNALS, Dual, dual, plain, slopes_of
-from proofmass.runner.derivatives.polynomial import ORDER, PolynomialBall, matrix_terms
+from proofmass.runner.derivatives.polynomial import PolynomialBall, model_of
+from proofmass.runner.derivatives.taylor_model import ORDER, TaylorModel
 from proofmass.runner.design.proof.about_rest import AboutRest
 from proofmass.runner.design.proof.ball_ticks import RestTicks, advanced, with_balls
 from proofmass.runner.design.proof.enclosed import Enclosed, RestPoint, balls_of, near_inverse
@@ -217,15 +218,14 @@ class RestRun:
         if not self.directions:
             empty = Enclosed.exact(np.zeros((0, 0)))
             return RestPoint([], np.zeros(0), empty.middle[0], empty, empty)
-        middles = {name: PolynomialBall({(): arb_of(value).mid()}) for name, value in parameters.items()}
+        middles = {name: Ball(arb_of(value).mid()) for name, value in parameters.items()}
         centre, left = self._in_the_middle(with_balls(self._plan, middles))
         curve = balls_of(centre)
         for _ in range(ORDER if parameters else 0):
             image, _ = self.image(plan, curve)
-            apart = matrix_terms([[plain(x) - c] for x, c in zip(image, curve, strict=True)])
-            steps = {key: (flint.arb_mat(left.tolist()) * term.mid()).entries() for key, term in apart.items()}
-            parts = (PolynomialBall({key: step[i] for key, step in steps.items()}) for i in range(len(curve)))
-            curve = [(c + part).middles for c, part in zip(curve, parts, strict=True)]
+            apart = model_of([[plain(x) - c] for x, c in zip(image, curve, strict=True)])
+            steps = TaylorModel.constant(left) @ apart
+            curve = [(PolynomialBall(steps[i, 0]) + c).middles for i, c in enumerate(curve)]
         return self._around(plan, curve, left)
 
     def _in_the_middle(self, plan: Plan) -> tuple[Array, Array]:

@@ -20,12 +20,14 @@ from proofmass.runner.analysis.linearisation.tick_maps import between
 from proofmass.runner.derivatives.ball import UndecidedError
 from proofmass.runner.derivatives.dual import SIGNALS, dual
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
-from proofmass.runner.derivatives.polynomial import Terms, added, matrix_terms, product, repeated
+from proofmass.runner.derivatives.polynomial import model_of
 from proofmass.runner.derivatives.stepped_ticks import SteppedTicks
+from proofmass.runner.derivatives.taylor_model import TaylorModel
 from proofmass.runner.design.proof.ball_ticks import BallTicks, advanced
-from proofmass.runner.design.proof.enclosed import Enclosed
+from proofmass.runner.design.proof.enclosed import Enclosed, quarters
 from proofmass.runner.plan.memory import Memory
 
+_Tick = tuple[TaylorModel, TaylorModel, TaylorModel]  # A, B and C: without a value of the wire B and C are zero
 _TickRows = dict[tuple[LastingPlace | None, LastingPlace | None], Any]  # by what follows and from what; None: the wire
 
 
@@ -49,7 +51,7 @@ class SteppedBallTicks(BallTicks, SteppedTicks):
 class TickProducts:
     """The ticks of a period of a loop, over a box."""
 
-    kinds: Sequence[tuple[Terms, Terms, Terms]]  # A, B and C of ticks that differ: B and C without a value are empty
+    kinds: Sequence[_Tick]  # those that differ
     order: Sequence[int]  # which of them each tick is
     size: int  # numbers that last
     starts: Sequence[int]  # places of the states before the period
@@ -59,8 +61,7 @@ class TickProducts:
     def opened(self, places: Sequence[int], values: Sequence[int]) -> Enclosed:
         """Return [A B; C D] of the open loop at the corners of some coordinates, for some of the wire's values."""
         n, valued = self.size, {self.valued[value] for value in values}
-        sizes = (n, n), (n, 1), (1, n)
-        kinds = [[Enclosed.at_corners(*part, places) for part in zip(tick, sizes, strict=True)] for tick in self.kinds]
+        kinds = [[Enclosed.at_corners(part, places) for part in tick] for tick in self.kinds]
         begin = np.eye(n)[:, self.starts]
         here = Enclosed.exact(np.broadcast_to(begin, (1 << len(places), *begin.shape)))
         rows = list[Enclosed]()
@@ -73,35 +74,31 @@ class TickProducts:
         below = [[Enclosed.joined([[row, rest]])] for row, rest in zip(rows, later, strict=True)]
         return Enclosed.joined([[here[self.ends, slice(None)]], *below])
 
-    def closed(self, factor: Terms, parts: int) -> Terms:
+    def closed(self, factor: TaylorModel, parts: int) -> TaylorModel:
         """Return the map of the states over a period, closed with a factor of so many parts."""
         ticks = [_closed(tick, factor, parts) for tick in self.kinds]
         rows, columns = (
             [place + part * self.size for part in range(parts) for place in of] for of in (self.ends, self.starts)
         )
-        whole = _joined(ticks, tuple(self.order), {})
-        return {key: _taken(term, rows, columns) for key, term in whole.items()}
+        return _joined(ticks, tuple(self.order), {})[np.ix_(rows, columns)]
 
 
-def _closed(tick: tuple[Terms, Terms, Terms], factor: Terms, parts: int) -> Terms:
-    a, b, c = (repeated(term, parts) for term in tick)
-    return added(a, product(product(b, factor), c)) if b and c else a
+def _closed(tick: _Tick, factor: TaylorModel, parts: int) -> TaylorModel:
+    a, b, c = (part.placed(lambda matrix: np.kron(np.eye(parts), matrix)) for part in tick)
+    return a + b @ factor @ c if b.present and c.present else a
 
 
-def _joined(ticks: Sequence[Terms], order: tuple[int, ...], known: dict[tuple[int, ...], Terms]) -> Terms:
+def _joined(
+    ticks: Sequence[TaylorModel], order: tuple[int, ...], known: dict[tuple[int, ...], TaylorModel]
+) -> TaylorModel:
     """Return the product of ticks, in halves that are powers of two, so that those alike are multiplied once."""
     if len(order) == 1:
         return ticks[order[0]]
     if order not in known:
         half = 1 << ((len(order) - 1).bit_length() - 1)
-        parts = (_joined(ticks, part, known) for part in (order[half:], order[:half]))
-        known[order] = product(*parts)
+        later, earlier = (_joined(ticks, part, known) for part in (order[half:], order[:half]))
+        known[order] = later @ earlier
     return known[order]
-
-
-def _taken(matrix: Any, rows: Sequence[int], columns: Sequence[int]) -> Any:
-    entries = matrix.tolist()
-    return type(matrix)([[entries[i][j] for j in columns] for i in rows])
 
 
 def tick_products(
@@ -127,25 +124,20 @@ def tick_products(
     kept = between(links[:n, :n], links[:n, n], links[n, :n])
     kept += sorted({number[of[entry]] for of in (begin, end) for entry in states} - {*kept})
     keys = [*(places[i] for i in kept), None]
-    kinds, order = dict[str, tuple[int, tuple[Terms, Terms, Terms]]](), list[int]()
+    kinds, order = dict[Any, tuple[int, _Tick]](), list[int]()
     for tick in ticks:
         rows = [[tick.get((row, column), 0.0) for column in keys] for row in keys]
-        name = repr(rows)
-        if name not in kinds:
-            kinds[name] = len(kinds), _parts(rows)
-        order.append(kinds[name][0])
+        tick_parts = _parts(rows)
+        name = tuple(part.name for part in tick_parts)
+        order.append(kinds.setdefault(name, (len(kinds), tick_parts))[0])
     where = {place: i for i, place in enumerate(keys)}
     starts, ends = ([where[of[entry]] for entry in states] for of in (begin, end))
     return TickProducts([of for _, of in kinds.values()], order, len(kept), starts, ends, engine.valued)
 
 
-def _parts(rows: Sequence[Sequence[Any]]) -> tuple[Terms, Terms, Terms]:
-    """Return A, B and C of a tick."""
-    return (
-        matrix_terms([row[:-1] for row in rows[:-1]]),
-        matrix_terms([row[-1:] for row in rows[:-1]]),
-        matrix_terms([rows[-1][:-1]]),
-    )
+def _parts(rows: Sequence[Sequence[Any]]) -> _Tick:
+    a, b, c, _ = quarters(model_of(rows), len(rows) - 1)
+    return a, b, c
 
 
 def seeded(memory: Memory, entries: Sequence[Entry], rings: Rings) -> dict[Entry, LastingPlace]:

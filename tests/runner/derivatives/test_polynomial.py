@@ -8,6 +8,7 @@ from typing import Any
 
 import flint
 import mpmath
+import numpy as np
 import pytest
 import scipy.linalg
 
@@ -15,18 +16,11 @@ from proofmass.runner.derivatives.ball import Ball, UndecidedError, ball
 from proofmass.runner.derivatives.dual import SIGNALS, dual, slopes_of
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.derivatives.dual_plan import dual_hold
-from proofmass.runner.derivatives.polynomial import PolynomialBall, product
+from proofmass.runner.derivatives.polynomial import PolynomialBall
+from proofmass.runner.derivatives.taylor_model import ORDER, TaylorModel, monomials
+from tests.by_hand.taylor_models import number_at
 
 X, Y = PolynomialBall.coordinate(1.0, 1.5, 0), PolynomialBall.coordinate(-3.0, -2.0, 1)
-
-
-def at(value: Any, d: list[Fraction]) -> Any:
-    """All that a number may be at a place, each coordinate from -1 to 1."""
-    terms = value.terms if isinstance(value, PolynomialBall) else {(): value.arb}
-    total = flint.arb(0)
-    for key, term in terms.items():
-        total += term * math.prod(flint.arb(d[i].numerator) / d[i].denominator for i in key)
-    return total
 
 
 def places(seed: int) -> list[list[Fraction]]:
@@ -48,7 +42,7 @@ def test_arithmetic_holds_the_exact_value(function: Callable[[Any, Any], Any]) -
     found = function(X, Y)
     for d in places(1):
         exact = function(Fraction(5, 4) + d[0] / 4, Fraction(-5, 2) + d[1] / 2)
-        assert at(found, d).contains(flint.arb(exact.numerator) / exact.denominator)
+        assert number_at(found, d).contains(flint.arb(exact.numerator) / exact.denominator)
 
 
 @pytest.mark.defect("C854", before="TypeError, which left claims about loops open", after="a quotient with its slope")
@@ -98,9 +92,9 @@ def test_functions_hold_their_values() -> None:
             for part in (Fraction(5, 4) + d[0] / 4, Fraction(-5, 2) + d[1] / 2)
         )
         exact: Any = mpmath.sin(x * y) * mpmath.exp(-x) / mpmath.sqrt(-y) + mpmath.log(x) * mpmath.cbrt(x)
-        assert at(found, d).contains(flint.arb(str(exact)))
+        assert number_at(found, d).contains(flint.arb(str(exact)))
     wide = for_duals(oscillation)(ball(1.0, 1.5), ball(-3.0, -2.0))
-    assert at(found, [Fraction(0)] * 2).rad() < wide.arb.rad() / 2
+    assert number_at(found, [Fraction(0)] * 2).rad() < wide.arb.rad() / 2
 
 
 def test_the_step_of_a_light_mode() -> None:
@@ -112,22 +106,30 @@ def test_the_step_of_a_light_mode() -> None:
         k, c = float(7.1e6 + 1e5 * d[0]), float(3.75 + 2.25 * d[1])
         exact = scipy.linalg.expm([[0.0, 5e-4, 0.0], [-1e-3 * k, -1e-3 * c, 1e-3], [0.0, 0.0, 0.0]])
         for i, (row, entry) in enumerate(zip(moved, entered, strict=True)):
-            values = [at(value, d) for value in (*row, *entry)]
+            values = [number_at(value, d) for value in (*row, *entry)]
             unit = 3770.0**i  # rad/s
             assert [float(value.mid()) for value in values] == pytest.approx(exact[i].tolist(), abs=1e-9 * unit)
             assert all(float(value.rad()) < 1e-8 * unit for value in values)
 
 
 def test_matrices_multiply_as_numbers_do() -> None:
-    left = {(): flint.arb_mat([[1, 2], [3, 4]]), (0,): flint.arb_mat([[0, 1], [0, 0]])}
-    right = {(0, 0, 0): flint.arb_mat([[1, 0], [0, 1]]), (0, 0, 0, 1): flint.arb_mat([[2, 0], [0, 0]])}
-    found = product(left, right)
-    assert found[0, 0, 0].tolist() == left[()].tolist()
-    assert found[0, 0, 0, 0].tolist() == left[(0,)].tolist()
-    assert found[0, 0, 0, 1].tolist() == flint.arb_mat([[2, 0], [6, 0]]).tolist()
-    assert [[float(value.rad()) for value in row] for row in found[()].tolist()] == [[0.0, 0.0], [0.0, 0.0]]
-    beyond = product(left, {(1, 1, 1, 1): flint.arb_mat([[0, 0], [2, 3]])})
-    assert float(beyond[()][0, 1].rad()) == pytest.approx(3.0)  # |d_0 d_1^4| is at most 1
+    left = TaylorModel(
+        monomials([[0], [1]]), np.array([[[1.0, 2.0], [3.0, 4.0]], [[0.0, 1.0], [0.0, 0.0]]]), np.zeros((2, 2))
+    )
+    high = monomials([[0, 0], [ORDER - 1, 0], [ORDER - 1, 1]])
+    right = TaylorModel(high, np.array([np.zeros((2, 2)), np.eye(2), [[2.0, 0.0], [0.0, 0.0]]]), np.zeros((2, 2)))
+    found = left @ right
+    terms = dict(zip(map(tuple, found.of.exponents.tolist()), found.coefficients.tolist(), strict=True))
+    assert terms[ORDER - 1, 0] == left.coefficients[0].tolist()
+    assert terms[ORDER, 0] == left.coefficients[1].tolist()
+    assert terms[ORDER - 1, 1] == [[2.0, 0.0], [6.0, 0.0]]
+    assert found.radius == pytest.approx(np.zeros((2, 2)), abs=1e-13)
+    last = TaylorModel(
+        monomials([[0, 0], [0, ORDER]]), np.array([np.zeros((2, 2)), [[0.0, 0.0], [2.0, 3.0]]]), np.zeros((2, 2))
+    )
+    beyond = left @ last
+    assert beyond.radius[0] == pytest.approx([2.0, 3.0])  # |d_0 d_1^6| is at most 1
+    assert beyond.radius[0].min() >= 2.0
 
 
 def test_what_has_no_bounds_is_refused() -> None:

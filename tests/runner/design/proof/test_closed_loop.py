@@ -15,17 +15,18 @@ import numpy as np
 import pytest
 
 from proofmass.runner.derivatives.ball import BITS
-from proofmass.runner.derivatives.polynomial import PolynomialBall, Terms, at_corners, matrix_terms
+from proofmass.runner.derivatives.polynomial import PolynomialBall, model_of
+from proofmass.runner.derivatives.taylor_model import TaylorModel, joined
 from proofmass.runner.design.proof.ball_map import BallMap, Kept
 from proofmass.runner.design.proof.closed_loop import (
     bend,
     closed_terms,
     disk_terms,
-    joined,
     parts_of,
     shares_of,
 )
 from proofmass.runner.design.proof.wire_factors import GAIN, PHASE, Factor
+from tests.by_hand.taylor_models import matrix_at
 
 SIDES = ((0.125, 0.375), (-0.75, -0.25))  # of the coordinates
 ORDER, VALUES = 2, 2
@@ -73,16 +74,14 @@ def places(sides: Sequence[tuple[float, float]]) -> Iterator[tuple[list[Any], li
         )
 
 
-def assert_holds(found: Terms, exact: Callable[..., Any], *sides: tuple[float, float], room: float = 1e-20) -> None:
+def assert_holds(
+    found: TaylorModel, exact: Callable[..., Any], *sides: tuple[float, float], room: float = 1e-12
+) -> None:
     """A polynomial holds the exact matrix at random places, and is off by its room at most."""
     for parts, numbers in places((*SIDES, *sides)):
-        total: Any = 0
-        for key, term in found.items():
-            moved = term * flint.arb(float(np.prod([parts[i] for i in key])))
-            total = moved if total == 0 else total + moved
         with mpmath.workdps(60):
             matrix = mpmath.matrix(exact(*map(mpmath.mpf, numbers)))
-        for i, row in enumerate(total.tolist()):
+        for i, row in enumerate(matrix_at(found, parts)):
             for j, value in enumerate(row):
                 assert value.overlaps(flint.arb(mpmath.nstr(matrix[i, j], 50)))
                 assert value.rad() < room
@@ -95,7 +94,7 @@ def test_an_open_loop_in_its_parts() -> None:
 
 def test_matrices_of_matrices() -> None:
     first, second, third, fourth = parts_of(whole_map())
-    whole = joined([[first, second], [third, fourth]], (ORDER, VALUES))
+    whole = joined([[first, second], [third, fourth]])
     assert_holds(whole, lambda u, v: _joined(a(u, v), b(u, v), c(u, v), d(u, v)))
 
 
@@ -128,7 +127,7 @@ def test_a_loop_that_is_closed_with_a_factor(factor: Factor, ends: tuple[float, 
         f = _kronecker(turn, [[1, 0], [0, 1]])
         return wide[0] + wide[1] * f * (mpmath.eye(f.rows) - wide[3] * f) ** -1 * wide[2]
 
-    found = closed_terms(parts_of(whole_map()), VALUES, factor.terms(*ends, False, 2), factor.parts)
+    found = closed_terms(parts_of(whole_map()), VALUES, factor.model(*ends, False, 2), factor.parts)
     assert_holds(found, closed, ends, room=room)
 
 
@@ -141,7 +140,7 @@ def test_a_loop_with_a_disk_of_factors() -> None:
         e = (mpmath.eye(VALUES) - direct) ** -1
         return _joined(whole + into * e * out, into * e, size * e * out, size * (e - 0.5 * mpmath.eye(VALUES)))
 
-    assert_holds(disk_terms(parts_of(whole_map()), ORDER, VALUES, flint.arb(size)), closed, room=0.1)
+    assert_holds(disk_terms(parts_of(whole_map()), size), closed, room=0.1)
 
 
 # -- between corners ---------------------------------------------------------------------------------------------------
@@ -155,11 +154,11 @@ def bent(u: Any, v: Any) -> list[list[Any]]:
 def test_a_matrix_lies_between_its_corners_and_what_its_terms_add(chosen: tuple[int, ...]) -> None:
     """Coordinates that are at no end stay in the middle."""
     u, v = (PolynomialBall.coordinate(*side, i) for i, side in enumerate(SIDES))
-    terms = matrix_terms(bent(u, v))
-    corners = np.array([[[float(x) for x in row] for row in one.tolist()] for one in at_corners(terms, chosen)])
+    model = model_of(bent(u, v))
+    corners, _ = model.at_corners(chosen)
     ends = itertools.product(*(side if i in chosen else (sum(side) / 2,) for i, side in enumerate(SIDES)))
     assert corners == pytest.approx(np.array([bent(*end) for end in ends]), rel=1e-6)
-    shares = sum(shares_of(terms, {*chosen}, 2).values(), np.zeros((2, 2)))
+    shares = sum(shares_of(model, {*chosen}, 2).values(), np.zeros((2, 2)))
     assert (shares < [[0.5, 0.5], [0.1, 0.15]]).all()
     for parts, numbers in places(SIDES):
         weights = [

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from proofmass.runner.derivatives.ball import Ball, UndecidedError
+from proofmass.runner.derivatives.taylor_model import TaylorModel
 from proofmass.runner.design.proof import contraction
 from proofmass.runner.design.proof.closed_loop import Disc, Family, OpenCorners, closed_loops, through, with_disk
 from proofmass.runner.design.proof.contraction import (
@@ -120,7 +121,7 @@ def test_a_disc_is_moved_to_zero_and_made_one() -> None:
 def opened(a: Any, b: Any, c: Any, d: Any) -> OpenCorners:
     """One corner, which nothing moves."""
     matrix = np.block([[np.array(a), np.array(b)], [np.array(c), np.array(d)]])
-    terms = tuple({(): flint.arb_mat(np.array(part).tolist())} if np.any(part) else {} for part in (a, b, c, d))
+    terms = tuple(TaylorModel.constant(part) for part in (a, b, c, d))
     return OpenCorners(len(a), len(d), exact(matrix), lambda: terms, None, (), 0)  # type: ignore[arg-type]
 
 

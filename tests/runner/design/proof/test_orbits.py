@@ -35,6 +35,7 @@ from tests.by_hand.orbiting_loops import (
     demodulated_margin,
     demodulated_orbit,
 )
+from tests.by_hand.taylor_models import number_at
 from tests.runner.design.proof.test_prove import status
 from tests.runner.verification.test_certificates import forged
 
@@ -112,8 +113,7 @@ def test_an_orbit_lies_within_the_reach_of_its_curve() -> None:
         ]:
             orbit = demodulated_orbit(1.0 + 0.05 * parts[0], 100.0 + 5.0 * parts[1])
             for number, value in enumerate(found.values):
-                terms = (term * math.prod(parts[i] for i in key) for key, term in value.terms.items())
-                low, high = Ball(sum(terms, flint.arb(0))).ends()
+                low, high = Ball(number_at(value, parts)).ends()
                 assert low < orbit[(rest.tick + number) % 2] < high
                 assert high - low < 1e-5
 
