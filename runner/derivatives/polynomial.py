@@ -14,7 +14,7 @@ import numpy as np
 
 from proofmass.runner.continuous.exact_hold import balance
 from proofmass.runner.derivatives.ball import LAST_PLACES, UNIT, UP, Ball, UndecidedError, arb_of, double_of
-from proofmass.runner.derivatives.taylor_model import ORDER, TaylorModel, monomials, stacked
+from proofmass.runner.derivatives.taylor_model import TaylorModel, monomials, order_kept, stacked
 
 _SERIES, _SMALL = 24, 0.5  # terms of an exponential, and the norm up to which these leave less than the last places
 _LARGE = 2.0**20  # norm of what is no exponential of a tick
@@ -130,8 +130,9 @@ class PolynomialBall(Ball):
 
     def _series(self, function: Callable[[Any], Any]) -> Any:
         middle = float(self.model.coefficients[0])
-        apart, coefficients = self - middle, _series_about(flint.arb(middle), function, ORDER)
-        beyond = _series_about(self.arb, function, ORDER + 1)[-1] * flint.arb(apart.model.whole) ** (ORDER + 1)
+        apart, order = self - middle, order_kept(self.model.of.width)
+        coefficients = _series_about(flint.arb(middle), function, order)
+        beyond = _series_about(self.arb, function, order + 1)[-1] * flint.arb(apart.model.whole) ** (order + 1)
         total: Any = Ball(coefficients[-1])
         for coefficient in reversed(coefficients[:-1]):
             total = total * apart + Ball(coefficient)

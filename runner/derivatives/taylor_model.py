@@ -9,6 +9,7 @@ Accuracy and Stability of Numerical Algorithms, section 3.5).
 """
 
 import itertools
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, reduce
@@ -19,8 +20,15 @@ import numpy as np
 from proofmass.runner.derivatives.ball import LEAST, UNIT, UP
 from proofmass.runner.host.arrays import AnyArray, Array, Integers, Truths
 
-ORDER = 6  # of the terms that are kept
+_HIGHEST, _MOST = 6, 12_500  # order of the terms that are kept, and pairs of terms of a product
 _TABLES = 1024  # of products that are kept
+
+
+@lru_cache
+def order_kept(coordinates: int) -> int:
+    """Return the order up to which a product keeps its terms."""
+    orders = range(_HIGHEST, 1, -1)
+    return next((order for order in orders if math.comb(2 * coordinates + order, order) <= _MOST), 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +46,11 @@ class Monomials:
     def firsts(self) -> Integers:
         """Where each order that there is begins."""
         return np.flatnonzero(np.diff(self.orders, prepend=-1))
+
+    @property
+    def width(self) -> int:
+        """The number of coordinates."""
+        return int(self.exponents.shape[1])
 
     @cached_property
     def last(self) -> int:
@@ -67,7 +80,7 @@ ONE = monomials(np.zeros((1, 0)))
 
 
 def _widened(of: Monomials, width: int) -> Integers:
-    return np.pad(of.exponents, ((0, 0), (0, width - of.exponents.shape[1])))
+    return np.pad(of.exponents, ((0, 0), (0, width - of.width)))
 
 
 class _Table(NamedTuple):
@@ -78,6 +91,7 @@ class _Table(NamedTuple):
     starts: Integers
     of: Monomials
     most: int  # terms that come together
+    order: int
 
 
 def _alike(rows: Integers) -> tuple[Integers, Integers, Monomials]:
@@ -92,17 +106,18 @@ def _alike(rows: Integers) -> tuple[Integers, Integers, Monomials]:
 
 @lru_cache(_TABLES)
 def _products(left: Monomials, right: Monomials) -> _Table:
-    width = max(left.exponents.shape[1], right.exponents.shape[1])
-    i, j = np.nonzero(left.orders[:, None] + right.orders <= ORDER)
+    width = max(left.width, right.width)
+    order = order_kept(width)
+    i, j = np.nonzero(left.orders[:, None] + right.orders <= order)
     sort, starts, of = _alike(_widened(left, width)[i] + _widened(right, width)[j])
     most = int(np.diff(starts, append=len(sort)).max())
-    return _Table(i[sort], j[sort], starts, of, most)
+    return _Table(i[sort], j[sort], starts, of, most, order)
 
 
 @lru_cache(_TABLES)
 def _union(left: Monomials, right: Monomials) -> tuple[Monomials, Integers, Integers]:
     """Return all products of two, and where theirs are among them."""
-    width = max(left.exponents.shape[1], right.exponents.shape[1])
+    width = max(left.width, right.width)
     sort, starts, of = _alike(np.concatenate([_widened(left, width), _widened(right, width)]))
     places = np.empty(len(sort), dtype=np.int64)
     places[sort] = np.repeat(np.arange(len(starts)), np.diff(starts, append=len(sort)))
@@ -222,7 +237,7 @@ class TaylorModel:
 
         The last of these coordinates is the fastest; the radius is left out.
         """
-        known = [place for place in places if place < self.of.exponents.shape[1]]
+        known = [place for place in places if place < self.of.width]
         powers = self.of.exponents[:, known]
         moving = np.flatnonzero(powers.sum(axis=1) == self.of.orders)
         odd = np.zeros((len(moving), len(places)), dtype=np.int64)
@@ -239,10 +254,10 @@ def _product(left: TaylorModel, right: TaylorModel, of_two: Callable[..., Any], 
     total = np.add.reduceat(terms, table.starts, axis=0) if len(terms) > len(table.starts) else terms
     rounding = (inner + table.most + 2) * UNIT
     radius = of_two(left.size, right.size * rounding + right.radius) + of_two(left.radius, right.whole) + LEAST
-    if left.of.last + right.of.last > ORDER:
+    if left.of.last + right.of.last > table.order:
         orders = right.of.orders[right.of.firsts]
         for size, own in zip(left.sizes, left.of.orders[left.of.firsts], strict=True):
-            beyond = right.sizes[orders > ORDER - own]
+            beyond = right.sizes[orders > table.order - own]
             if len(beyond):
                 radius = radius + of_two(size, beyond.sum(axis=0) * UP)
     return TaylorModel(table.of, total, radius * UP)

@@ -1,8 +1,8 @@
 """Checker of certificates of proofs over tolerances. It shares no code with the search that found them.
 
 A certificate says that the poles of a loop lie in a disc, of rates in a half plane, for all parameters and factors
-between their ends. Its leaves have the open loop [A B; C D] at the corners of a box, bounds of what lies beyond them, a
-disc and a matrix T. That these enclose those of the graph is taken for granted. In whole numbers of 2^-300 it verifies:
+between their ends. Its leaves have the open loop [A B; C D] at the corners of a box, bounds of what lies beyond them by
+entries and in the norm, a disc and a matrix T. That these enclose a graph is assumed. In parts of 2^-300 it verifies:
 
 1. the hash of the certificate, that factors and discs are those of its claim, and that the leaves cover all;
 2. that all closed loops M less the centre of a disc have a norm below its radius r in coordinates of T: r^2 I - B'B has
@@ -32,9 +32,8 @@ import numpy as np
 
 from proofmass.runner.verification.digital_checker import check_digital
 
-FORMAT = "proofmass proof 1"
+FORMAT, _PI = "proofmass proof 1", Decimal("3.14159265358979323846264338327950288419716939937511")
 _FEWER, ONE = 80, 1 << 300  # half of the bits that are left of numbers to compare; 1.0, with 300 bits after the point
-_PI = Decimal("3.14159265358979323846264338327950288419716939937511")
 _OF_OUTPUT, _CIRCLE = ("rest", "noise", "peak"), (0.0, 0.0, 1.0)
 _FACTORS = {"phase margin": "phase", "delay margin": "phase", "disk margin": "disk", "noise": "noise", "peak": "peak"}
 _FACTORS |= {"stable": "gain", "gain margin": "gain", "decay rate": "gain", "scale factor": "rest", "bias": "rest"}
@@ -191,7 +190,7 @@ def _covered(whole: _Box, boxes: Sequence[_Box]) -> bool:
 def _contracts(loop: _Data, leaf: _Data, box: _Box, claim: _Data) -> bool:
     """Return whether all closed loops of a box shorten every vector in the coordinates of its T, on their side."""
     factor, falls, whole = claim["factor"], claim.get("continuous") is True, [*map(_side, loop["box"])]
-    parts, limit = 2 if factor == "phase" else 1, Fraction(box[-1][1])
+    parts, limit, bends = 2 if factor == "phase" else 1, Fraction(box[-1][1]), Fraction(leaf.get("bends", 0))
     holds = all(low <= a and b <= high for (a, b), (low, high) in zip(box[:-1], whole, strict=True))
     holds &= sorted(loop["interpolated"] + loop["bounded"]) == [i for i, (low, high) in enumerate(whole) if low < high]
     n, k, inputs = (int(loop.get(name, loop["values"])) for name in ("order", "values", "inputs"))
@@ -206,14 +205,15 @@ def _contracts(loop: _Data, leaf: _Data, box: _Box, claim: _Data) -> bool:
     x = norms[0][1][0]  # which leaves inputs and outputs as they are, as T does
     zeros = [part for m in (t, x) for part in ((m - ONE * _unit(len(m)))[states:], m[:states, states:])]
     zeros += [np.triu(m[:, n:, n:]) for m in (middles, radii) if factor not in _OF_OUTPUT]  # not through at once
-    _refuse(not holds or any(part.any() for part in zeros), "has a loop of another box, or matrices that do not fit")
+    holds &= not any(part.any() for part in zeros) and 0 <= bends <= bends * (not falls)
+    _refuse(not holds, "has a loop of another box, or matrices that do not fit")
     real, imaginary, radius = (Fraction(float(part)) for part in leaf.get("half_plane" if falls else "disc", _CIRCLE))
     pairs = (np.array([[u, -v], [v, u]])[:parts, :parts] * ONE // 1 for u, v in ((-real, -imaginary), (1, radius)))
     away, turn = (np.stack([m := np.kron(pair, _unit(size // parts)), 0 * m + 1]) for pair in pairs)
     for corner, f in product(np.stack([middles, radii + 1], axis=1), _factors(factor, box[-1], k)):
         moved = _closed(corner, f, n, factor, limit, left) + away
         moved = (_times(turn, moved) if falls else moved) + np.stack([0 * t, beyond + 1])
-        if not all(_holds(moved[:, i, i], t[i, i], norm, int(radius * ONE), falls, states) for i, norm in norms):
+        if not all(_holds(moved[:, i, i], t[i, i], m, int((radius - bends) * ONE), falls, states) for i, m in norms):
             return False
     if factor == "noise":
         entering = (np.abs(x @ middles[:, :, n:]) + np.abs(x) @ (radii[:, :, n:] + noise + 3)) // ONE + 2

@@ -66,7 +66,8 @@ class Disc:
         centre = np.asarray(np.kron(turned, np.eye(family.corners.middle.shape[-1] // parts)), dtype=np.float64)
         moved = family.corners.moved(-centre).scaled(1.0 / self.radius)
         scale = UP / self.radius
-        return replace(family, corners=moved, shares={i: share * scale for i, share in family.shares.items()})
+        shares, bends = ({i: of * scale for i, of in part.items()} for part in (family.shares, family.bends))
+        return replace(family, corners=moved, shares=shares, bends=bends)
 
     def beyond(self, family: "Family") -> Array:
         """Return how far matrices may lie beyond the corners of a certificate, of the family that was moved."""
@@ -152,6 +153,7 @@ class Family:
     corners: Enclosed  # the corners of all coordinates, the factor's the fastest
     factors: int  # at each corner of the others
     shares: Mapping[int, Array]  # what each coordinate adds, entry by entry
+    bends: Mapping[int, Array] = field(default_factory=dict)  # and up to once each of these matrices
     still: int = 0  # last coordinates that a norm leaves as they are
     blocks: tuple[int, ...] = ()  # sizes of matrices that lie side by side, if there are several
     left: Array | None = None  # what a matrix at rest was multiplied by (`at_rest`)
@@ -214,8 +216,11 @@ def closed_loops(factor: Factor, of: OpenCorners, ends: tuple[float, float]) -> 
         back, unit = _inverse(of.frame), np.eye(factor.parts)
         to = np.kron(unit, of.frame)
         terms = _constant(back.repeated(factor.parts)) @ terms @ TaylorModel.constant(to)
-    shares = shares_of(terms, {*of.interpolated, last, last + chord}, last)
-    return Family(stacked, len(factors), shares, opened=of if of.ticks else None)
+    exact = {*of.interpolated, last, last + chord}
+    if of.ticks is None:
+        return Family(stacked, len(factors), shares_of(terms, exact, last))
+    unknown = {last: 2.0 * UP * terms.radius}
+    return Family(stacked, len(factors), unknown, bends_of(terms, exact, last), opened=of)
 
 
 def shares_of(model: TaylorModel, exact: set[int], last: int) -> dict[int, Array]:
@@ -223,16 +228,21 @@ def shares_of(model: TaylorModel, exact: set[int], last: int) -> dict[int, Array
 
     What is not known of any term may differ between corners and what lies among them.
     """
-    powers = model.of.exponents
-    inexact = [i for i in range(powers.shape[1]) if i not in exact]
-    beyond = np.flatnonzero((powers > 1).any(axis=1) | powers[:, inexact].any(axis=1))
-    owners = np.minimum(powers[beyond].argmax(axis=1), last) if len(beyond) else beyond
-    sizes = np.abs(model.coefficients[beyond]) * UP
-    shares = {int(i): sizes[owners == i].sum(axis=0) * UP for i in np.unique(owners)}
+    bends = bends_of(model, exact, last)
+    shares = {i: np.abs(terms).sum(axis=0) * UP for i, terms in bends.items()}
     if np.any(model.radius):
         most = max(shares, key=lambda i: float(shares[i].sum()), default=last)
         shares[most] = (shares.get(most, 0.0) + 2.0 * model.radius) * UP
     return shares
+
+
+def bends_of(model: TaylorModel, exact: set[int], last: int) -> dict[int, Array]:
+    """Return the terms that corners do not have, by the coordinate that moves them most."""
+    powers = model.of.exponents
+    inexact = [i for i in range(model.of.width) if i not in exact]
+    beyond = np.flatnonzero((powers > 1).any(axis=1) | powers[:, inexact].any(axis=1))
+    owners = np.minimum(powers[beyond].argmax(axis=1), last) if len(beyond) else beyond
+    return {int(i): model.coefficients[beyond[owners == i]] for i in np.unique(owners)}
 
 
 def with_disk(of: OpenCorners, ends: tuple[float, float]) -> Family:

@@ -36,6 +36,7 @@ _ROOMS = (1.1, 1.03, 1.01, 1.003, 1.001, 1.0001)  # sizes of disks, as parts of 
 _RESTS = (1e-2, 1e-3, 1e-4, 1e-6)  # of the Riccati equation, in units of its first solution
 _LEAST_PART = 1e-16  # of the first solution, that a state has of it
 _DOUBLINGS = 24
+_MOST_BENDS = 24  # terms beyond the corners for which a norm is descended
 _BEYOND = 1e-12  # by which a pole lies outside for certain
 
 
@@ -68,7 +69,24 @@ class Norm:
     @cached_property
     def shares(self) -> Mapping[int, float]:
         """The norm of what each coordinate adds beyond the corners."""
-        return {i: float(np.linalg.norm(self._turned(share))) for i, share in self.family.shares.items()}
+        shares = dict(self.bent)
+        for i, share in self.family.shares.items():
+            shares[i] = shares.get(i, 0.0) + float(np.linalg.norm(self._turned(share)))
+        return shares
+
+    @cached_property
+    def bent(self) -> Mapping[int, float]:
+        """The sum of the norms of terms that the corners do not have, for each coordinate."""
+        turned = {i: self.inverse @ terms @ self.transform for i, terms in self.family.bends.items()}
+        rounding = {
+            i: 4.0 * UNIT * (len(self.transform) + 2) * self._turned(np.abs(of)) for i, of in self.family.bends.items()
+        }
+        return {i: _norms(of) + _norms(rounding[i]) for i, of in turned.items()}
+
+    @property
+    def beyond(self) -> float:
+        """A bound of the norm of what lies beyond the middles of the corners."""
+        return (bound_of(self.rest) + sum(self.bent.values())) * UP
 
     @cached_property
     def rest(self) -> Array:
@@ -79,7 +97,7 @@ class Norm:
     @cached_property
     def room(self) -> float:
         """The norm that the middles of the corners may have."""
-        return (1.0 - bound_of(self.apart)) / UP - bound_of(self.rest)
+        return (1.0 - bound_of(self.apart)) / UP - self.beyond
 
     @cached_property
     def apart(self) -> Array:
@@ -121,7 +139,7 @@ class Norm:
 
     def tightened(self, disc: PoleRegion, parts: int) -> "tuple[Norm, PoleRegion]":
         """Return the norm for the least disc about zero that it proves, of one which it proves and is moved into."""
-        size = self.worst() + bound_of(self.rest) + 1e-12
+        size = self.worst() + self.beyond + 1e-12
         while size < 1.0:
             least = Norm(self.transform, Disc(0.0, 0.0, size).moved(self.family, parts))
             if least.contracts():
@@ -139,6 +157,7 @@ class Norm:
     def improved(self) -> "Norm":
         """Return a norm with more room: smaller at the worst corner, and for what lies beyond the corners."""
         matrices, rest, n = self.corners.middle, self.rest, len(self.transform)
+        bends = self._large_bends()
         free = np.zeros((n, n))
         free[: n - self.family.still, : n - self.family.still] = 1.0
 
@@ -152,9 +171,17 @@ class Norm:
             u = (turned @ v[:, :, None])[:, :, 0] / np.sqrt(squares[:, -1:])
             slope = back.T @ ((v * weights[:, None]).T @ v - (u * weights[:, None]).T @ u)
             size, by_back, by_step = unknown(back, rest, step)
-            return value + size, free * (slope + by_step - back.T @ by_back @ back.T)
+            size_of_bends, by_bends = _bends(back, bends, step)
+            return value + size + size_of_bends, free * (slope + by_step - back.T @ by_back @ back.T + by_bends)
 
         return Norm(self.transform @ descended(smooth, (n, n), _SHARPNESS), self.family)
+
+    def _large_bends(self) -> Array:
+        """Return the terms that make up nearly all of what lies beyond the corners, in these coordinates."""
+        empty = np.zeros((0, *self.transform.shape))
+        turned = self.inverse @ np.concatenate([empty, *self.family.bends.values()]) @ self.transform
+        sizes = np.linalg.norm(turned, axis=(1, 2))
+        return np.asarray(turned[np.argsort(-sizes)[:_MOST_BENDS]])
 
     def _turned(self, sizes: Array) -> Array:
         return np.asarray(np.abs(self.inverse) @ sizes @ np.abs(self.transform) * UP)
@@ -292,6 +319,20 @@ def outer_corner(family: Family) -> int | None:
 def bound_of(sizes: Array) -> float:
     """Return at least the spectral norm of all matrices with entries of at most these sizes."""
     return math.sqrt(float(sizes.sum(axis=0).max()) * float(sizes.sum(axis=1).max())) * UP
+
+
+def _norms(matrices: Array) -> float:
+    """Return at least the sum of the spectral norms of some matrices."""
+    return float(np.linalg.norm(matrices, axis=(1, 2)).sum()) * UP
+
+
+def _bends(back: Array, matrices: Array, step: Array) -> tuple[float, Array]:
+    """Return the sum of the Frobenius norms of back M step, where back is the inverse, and its slopes by step."""
+    turned = back @ matrices @ step
+    sizes = np.linalg.norm(turned, axis=(1, 2)) + 1e-300
+    parts = turned / sizes[:, None, None]
+    slopes = np.einsum("kij,kil->jl", turned, parts) - np.einsum("kij,klj->il", parts, turned)
+    return float(sizes.sum()), back.T @ slopes
 
 
 def _decay(transform: Array, rates: Family) -> bool:

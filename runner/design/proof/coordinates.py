@@ -132,7 +132,8 @@ class ProvedRegion:
     core: Sides  # of the part of the whole that it covers
     box: Sides  # that contracts: the core, with room about it where parameters change slowly
     transform: Array  # T
-    beyond: Array  # bounds of how far matrices may lie beyond the corners
+    beyond: Array  # bounds of how far matrices may lie beyond the corners, entry by entry
+    bends: float  # and more, by their norm in coordinates of T
     left: Array | None  # what a matrix at rest was multiplied by
     beyond_noise: Array | None
     loops: OpenCorners  # opened, of the parameters of the box; without derivatives

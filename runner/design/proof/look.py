@@ -20,7 +20,7 @@ from proofmass.runner.design.proof.at_rest import keeps_side, none_settles
 from proofmass.runner.design.proof.box_maps import MOST_CORNERS, BoxMaps, middle_of
 from proofmass.runner.design.proof.claim import PEAK, Claim
 from proofmass.runner.design.proof.closed_loop import Family
-from proofmass.runner.design.proof.contraction import Norm, bound_of, first_norm, in_frame, outer_corner, radius_of
+from proofmass.runner.design.proof.contraction import Norm, first_norm, in_frame, outer_corner, radius_of
 from proofmass.runner.design.proof.coordinates import ProvedRegion, Sides, widened
 from proofmass.runner.design.proof.half_plane import PoleRegion
 from proofmass.runner.design.proof.rest_norm import Start
@@ -95,7 +95,8 @@ class BoxLook:
         family = norm.family
         loops = (family.opened or self.maps.open(box[:-1])).proving
         beyond, left, noise = disc.beyond(family), family.left, family.beyond_noise
-        return ProvedRegion(core, box, norm.transform, beyond, left, noise, loops, disc)
+        bends = sum(norm.bent.values()) * disc.radius * (1.0 + 2.0**-39) if norm.bent else 0.0
+        return ProvedRegion(core, box, norm.transform, beyond, bends, left, noise, loops, disc)
 
     def _refuted_at(self, box: Sides, norm: Norm | None) -> Sides | None:
         """Return a point of a box that breaks the claim: its middle if that may be, or a corner."""
@@ -173,13 +174,13 @@ def _norm_in_frame(family: Family, start: Start | None, framed: Callable[[Array]
     norms = [] if start is None else [_followed(framed(start.transform), framed)]
     if not (norms and norms[0].contracts()):
         norms.append(_followed(framed(own.improved().transform), framed))
-    return min(norms, key=lambda norm: norm.worst() + bound_of(norm.rest))
+    return min(norms, key=lambda norm: norm.worst() + norm.beyond)
 
 
 def _followed(norm: Norm, framed: Callable[[Array], Norm]) -> Norm:
     """Return a norm that contracts, or one with more room, of some that each begin in the coordinates of the last."""
     for _ in range(_ROUNDS):
-        if norm.contracts() or bound_of(norm.rest) > _HOPELESS * (1.0 - norm.worst()) > 0.0:
+        if norm.contracts() or norm.beyond > _HOPELESS * (1.0 - norm.worst()) > 0.0:
             break
         norm = framed(norm.improved().of_states)
     return norm

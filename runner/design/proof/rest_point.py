@@ -38,7 +38,7 @@ from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.derivatives.ball import BITS, Ball, UndecidedError, arb_of
 from proofmass.runner.derivatives.dual import SIGNALS, Dual, dual, plain, slopes_of
 from proofmass.runner.derivatives.polynomial import PolynomialBall, model_of
-from proofmass.runner.derivatives.taylor_model import ORDER, TaylorModel
+from proofmass.runner.derivatives.taylor_model import TaylorModel, order_kept
 from proofmass.runner.design.proof.about_rest import AboutRest
 from proofmass.runner.design.proof.ball_ticks import RestTicks, advanced, with_balls
 from proofmass.runner.design.proof.enclosed import Enclosed, RestPoint, balls_of, near_inverse
@@ -221,7 +221,7 @@ class RestRun:
         middles = {name: Ball(arb_of(value).mid()) for name, value in parameters.items()}
         centre, left = self._in_the_middle(with_balls(self._plan, middles))
         curve = balls_of(centre)
-        for _ in range(ORDER if parameters else 0):
+        for _ in range(order_kept(len(parameters)) if parameters else 0):
             image, _ = self.image(plan, curve)
             apart = model_of([[plain(x) - c] for x, c in zip(image, curve, strict=True)])
             steps = TaylorModel.constant(left) @ apart

@@ -17,7 +17,7 @@ from proofmass.runner.derivatives.dual import SIGNALS, dual, slopes_of
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.derivatives.dual_plan import dual_hold
 from proofmass.runner.derivatives.polynomial import PolynomialBall
-from proofmass.runner.derivatives.taylor_model import ORDER, TaylorModel, monomials
+from proofmass.runner.derivatives.taylor_model import TaylorModel, monomials, order_kept
 from tests.by_hand.taylor_models import number_at
 
 X, Y = PolynomialBall.coordinate(1.0, 1.5, 0), PolynomialBall.coordinate(-3.0, -2.0, 1)
@@ -112,20 +112,26 @@ def test_the_step_of_a_light_mode() -> None:
             assert all(float(value.rad()) < 1e-8 * unit for value in values)
 
 
+def test_the_order_that_is_kept() -> None:
+    """6 coordinates: two polynomials of order 5 have C(17, 5) = 6,188 pairs of terms up to there, of order 6 18,564."""
+    assert [order_kept(count) for count in (0, 1, 5, 6, 8, 11, 30, 200)] == [6, 6, 6, 5, 4, 3, 2, 1]
+
+
 def test_matrices_multiply_as_numbers_do() -> None:
+    order = order_kept(2)
     left = TaylorModel(
         monomials([[0], [1]]), np.array([[[1.0, 2.0], [3.0, 4.0]], [[0.0, 1.0], [0.0, 0.0]]]), np.zeros((2, 2))
     )
-    high = monomials([[0, 0], [ORDER - 1, 0], [ORDER - 1, 1]])
+    high = monomials([[0, 0], [order - 1, 0], [order - 1, 1]])
     right = TaylorModel(high, np.array([np.zeros((2, 2)), np.eye(2), [[2.0, 0.0], [0.0, 0.0]]]), np.zeros((2, 2)))
     found = left @ right
     terms = dict(zip(map(tuple, found.of.exponents.tolist()), found.coefficients.tolist(), strict=True))
-    assert terms[ORDER - 1, 0] == left.coefficients[0].tolist()
-    assert terms[ORDER, 0] == left.coefficients[1].tolist()
-    assert terms[ORDER - 1, 1] == [[2.0, 0.0], [6.0, 0.0]]
+    assert terms[order - 1, 0] == left.coefficients[0].tolist()
+    assert terms[order, 0] == left.coefficients[1].tolist()
+    assert terms[order - 1, 1] == [[2.0, 0.0], [6.0, 0.0]]
     assert found.radius == pytest.approx(np.zeros((2, 2)), abs=1e-13)
     last = TaylorModel(
-        monomials([[0, 0], [0, ORDER]]), np.array([np.zeros((2, 2)), [[0.0, 0.0], [2.0, 3.0]]]), np.zeros((2, 2))
+        monomials([[0, 0], [0, order]]), np.array([np.zeros((2, 2)), [[0.0, 0.0], [2.0, 3.0]]]), np.zeros((2, 2))
     )
     beyond = left @ last
     assert beyond.radius[0] == pytest.approx([2.0, 3.0])  # |d_0 d_1^6| is at most 1

@@ -93,6 +93,16 @@ def _negative(c: Any) -> None:
     c["claims"][0]["leaves"][0]["beyond"][0][0] = -1.0
 
 
+def _bent(c: Any) -> None:
+    """More beyond the corners, in the norm itself, than there is room."""
+    for leaf in c["claims"][0]["leaves"]:
+        leaf["bends"] = 1.0
+
+
+def _bent_inwards(c: Any) -> None:
+    c["claims"][0]["leaves"][0]["bends"] = -1e-9
+
+
 def _flat(c: Any) -> None:
     c["claims"][0]["leaves"][0]["transform"][0][0] = 0.0
 
@@ -130,6 +140,8 @@ FORGERIES = [
     _grown,
     _unsure,
     _negative,
+    _bent,
+    _bent_inwards,
     _flat,
     _half_a_turn,
     _no_claim,

@@ -89,6 +89,7 @@ FORGERIES = [
     _set("phase margin", 0, -100.0), _claimed("phase margin", "limit", 91.0), _as_sampled, _corners(3.5), _direct,
     _each("stable", lambda leaf: leaf["beyond"][0].__setitem__(0, 3.0)),
     _each("stable", lambda leaf: leaf["beyond"][0].__setitem__(0, -1.0)),
+    _each("stable", lambda leaf: leaf.__setitem__("bends", 1e-9)),
     _each("stable", lambda leaf: leaf["transform"][0].__setitem__(0, 0.0)),
     _each("disk margin", lambda leaf: leaf["transform"][-1].__setitem__(-1, 2.0)),
     _each("disk margin", lambda leaf: leaf["transform"][-1].__setitem__(0, 0.1)),
