@@ -74,7 +74,7 @@ def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[str, in
                 **leaf.disc.as_data(),
                 "transform": leaf.transform.tolist(),
                 "beyond": leaf.beyond.tolist(),
-                **({"bends": leaf.bends} if leaf.bends else {}),
+                **({} if leaf.shift is None else {"bends": leaf.bends, "shift": leaf.shift.tolist()}),
                 **({} if left is None else {"left": left.tolist()}),
                 **({} if noise is None else {"noise": noise.tolist()}),
                 **({} if frame is None else {"frame": frame.tolist()}),  # where a search may begin that goes on

@@ -34,7 +34,7 @@ from proofmass.runner.verification.digital_checker import check_digital
 
 FORMAT, _PI = "proofmass proof 1", Decimal("3.14159265358979323846264338327950288419716939937511")
 _FEWER, ONE = 80, 1 << 300  # half of the bits that are left of numbers to compare; 1.0, with 300 bits after the point
-_OF_OUTPUT, _CIRCLE = ("rest", "noise", "peak"), (0.0, 0.0, 1.0)
+_OF_OUTPUT, _CIRCLE, _OF_LEAF = ("rest", "noise", "peak"), (0.0, 0.0, 1.0), ("beyond", "left", "noise", "shift")
 _FACTORS = {"phase margin": "phase", "delay margin": "phase", "disk margin": "disk", "noise": "noise", "peak": "peak"}
 _FACTORS |= {"stable": "gain", "gain margin": "gain", "decay rate": "gain", "scale factor": "rest", "bias": "rest"}
 _UNITS = {"gain margin": " dB", "phase margin": " deg", "delay margin": " s", "decay rate": " 1/s"}
@@ -195,7 +195,7 @@ def _contracts(loop: _Data, leaf: _Data, box: _Box, claim: _Data) -> bool:
     holds &= sorted(loop["interpolated"] + loop["bounded"]) == [i for i, (low, high) in enumerate(whole) if low < high]
     n, k, inputs = (int(loop.get(name, loop["values"])) for name in ("order", "values", "inputs"))
     middles, radii = (_whole(loop["corners"][name]) for name in ("middle", "radius"))
-    t, beyond, left, noise = (_whole(leaf.get(name, [])) for name in ("transform", "beyond", "left", "noise"))
+    t, beyond, left, noise, shift = (_whole(leaf.get(name, [0.0])) for name in ("transform", *_OF_LEAF))
     size = {"disk": n + k, "noise": n + k, "peak": n + k, "rest": 2 * n + k}.get(factor, parts * n)
     holds &= {"rest": left.shape == (n + 1, n + 1), "noise": noise.shape == (n + k, inputs)}.get(factor, inputs == k)
     holds &= n >= 0 and middles.shape == radii.shape == (2 ** len(loop["interpolated"]), n + k, n + inputs)
@@ -205,14 +205,14 @@ def _contracts(loop: _Data, leaf: _Data, box: _Box, claim: _Data) -> bool:
     x = norms[0][1][0]  # which leaves inputs and outputs as they are, as T does
     zeros = [part for m in (t, x) for part in ((m - ONE * _unit(len(m)))[states:], m[:states, states:])]
     zeros += [np.triu(m[:, n:, n:]) for m in (middles, radii) if factor not in _OF_OUTPUT]  # not through at once
-    holds &= not any(part.any() for part in zeros) and 0 <= bends <= bends * (not falls)
-    _refuse(not holds, "has a loop of another box, or matrices that do not fit")
+    wrong = not holds or bends < 0 or (falls and bends > 0) or shift.shape not in ((1,), t.shape)
+    _refuse(wrong or any(part.any() for part in zeros), "has a loop of another box, or matrices that do not fit")
     real, imaginary, radius = (Fraction(float(part)) for part in leaf.get("half_plane" if falls else "disc", _CIRCLE))
     pairs = (np.array([[u, -v], [v, u]])[:parts, :parts] * ONE // 1 for u, v in ((-real, -imaginary), (1, radius)))
     away, turn = (np.stack([m := np.kron(pair, _unit(size // parts)), 0 * m + 1]) for pair in pairs)
     for corner, f in product(np.stack([middles, radii + 1], axis=1), _factors(factor, box[-1], k)):
         moved = _closed(corner, f, n, factor, limit, left) + away
-        moved = (_times(turn, moved) if falls else moved) + np.stack([0 * t, beyond + 1])
+        moved = (_times(turn, moved) if falls else moved) + np.stack([0 * t + shift, beyond + 1])
         if not all(_holds(moved[:, i, i], t[i, i], m, int((radius - bends) * ONE), falls, states) for i, m in norms):
             return False
     if factor == "noise":

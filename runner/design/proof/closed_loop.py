@@ -40,7 +40,7 @@ from proofmass.runner.design.proof.ball_map import BallMap
 from proofmass.runner.design.proof.enclosed import Enclosed, RestPoint, quarters
 from proofmass.runner.design.proof.tick_products import TickProducts
 from proofmass.runner.design.proof.wire_factors import Factor
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Integers, Truths
 
 MapParts = tuple[TaylorModel, TaylorModel, TaylorModel, TaylorModel]  # A, B, C and D, as polynomials of d_i / h_i
 
@@ -67,7 +67,8 @@ class Disc:
         moved = family.corners.moved(-centre).scaled(1.0 / self.radius)
         scale = UP / self.radius
         shares, bends = ({i: of * scale for i, of in part.items()} for part in (family.shares, family.bends))
-        return replace(family, corners=moved, shares=shares, bends=bends)
+        sensors = None if family.sensors is None else (family.sensors - centre) / self.radius
+        return replace(family, corners=moved, shares=shares, bends=bends, sensors=sensors)
 
     def beyond(self, family: "Family") -> Array:
         """Return how far matrices may lie beyond the corners of a certificate, of the family that was moved."""
@@ -153,7 +154,9 @@ class Family:
     corners: Enclosed  # the corners of all coordinates, the factor's the fastest
     factors: int  # at each corner of the others
     shares: Mapping[int, Array]  # what each coordinate adds, entry by entry
-    bends: Mapping[int, Array] = field(default_factory=dict)  # and up to once each of these matrices
+    bends: Mapping[int, Array] = field(default_factory=dict)  # and up to once each of these matrices, to both sides
+    shift: Array | None = None  # by which the corners were moved, into the middle between these sides
+    sensors: Array | None = None  # then those that were not moved, and last the sensor in the middle
     still: int = 0  # last coordinates that a norm leaves as they are
     blocks: tuple[int, ...] = ()  # sizes of matrices that lie side by side, if there are several
     left: Array | None = None  # what a matrix at rest was multiplied by (`at_rest`)
@@ -174,8 +177,8 @@ class Family:
 
     @property
     def centre(self) -> Array:
-        """The mean of the corners."""
-        return np.asarray(self.corners.middle.mean(axis=0))
+        """The sensor in the middle; where it is not known the mean of the corners."""
+        return np.asarray(self.corners.middle.mean(axis=0) if self.sensors is None else self.sensors[-1])
 
     def moves(self) -> Array:
         """Return by how much the matrix moves with each coordinate that is at both ends among the corners."""
@@ -220,7 +223,9 @@ def closed_loops(factor: Factor, of: OpenCorners, ends: tuple[float, float]) -> 
     if of.ticks is None:
         return Family(stacked, len(factors), shares_of(terms, exact, last))
     unknown = {last: 2.0 * UP * terms.radius}
-    return Family(stacked, len(factors), unknown, bends_of(terms, exact, last), opened=of)
+    shift, bends = bends_of(terms, exact, last)
+    sensors = np.concatenate([stacked.middle, terms.coefficients[:1]])
+    return Family(stacked.moved(shift), len(factors), unknown, bends, shift, sensors, opened=of)
 
 
 def shares_of(model: TaylorModel, exact: set[int], last: int) -> dict[int, Array]:
@@ -228,21 +233,38 @@ def shares_of(model: TaylorModel, exact: set[int], last: int) -> dict[int, Array
 
     What is not known of any term may differ between corners and what lies among them.
     """
-    bends = bends_of(model, exact, last)
-    shares = {i: np.abs(terms).sum(axis=0) * UP for i, terms in bends.items()}
+    beyond, owners, _ = _beyond(model, exact, last)
+    sizes = np.abs(model.coefficients[beyond]) * UP
+    shares = {int(i): sizes[owners == i].sum(axis=0) * UP for i in np.unique(owners)}
     if np.any(model.radius):
         most = max(shares, key=lambda i: float(shares[i].sum()), default=last)
         shares[most] = (shares.get(most, 0.0) + 2.0 * model.radius) * UP
     return shares
 
 
-def bends_of(model: TaylorModel, exact: set[int], last: int) -> dict[int, Array]:
-    """Return the terms that corners do not have, by the coordinate that moves them most."""
+def bends_of(model: TaylorModel, exact: set[int], last: int) -> tuple[Array, dict[int, Array]]:
+    """Return by what corners are to be moved, and the matrices beyond them, to both sides, by the
+    coordinate that owns them.
+
+    A square c d^2 lies between 0 and c. The corners have c, or none of a coordinate in the middle:
+    moved by half of it, they are off by half of it.
+    """
+    beyond, owners, inexact = _beyond(model, exact, last)
+    terms, even = model.coefficients[beyond].copy(), model.of.even[beyond]
+    terms[even] *= 0.5
+    shift = terms[even & inexact].sum(axis=0) - terms[even & ~inexact].sum(axis=0)
+    return shift, {int(i): terms[owners == i] for i in np.unique(owners)}
+
+
+def _beyond(model: TaylorModel, exact: set[int], last: int) -> tuple[Integers, Integers, Truths]:
+    """Return which terms corners do not have, the coordinate that moves each most, and whether one of
+    its coordinates is at no end.
+    """
     powers = model.of.exponents
-    inexact = [i for i in range(model.of.width) if i not in exact]
-    beyond = np.flatnonzero((powers > 1).any(axis=1) | powers[:, inexact].any(axis=1))
+    middle: Truths = np.any(powers[:, [i for i in range(model.of.width) if i not in exact]], axis=1)
+    beyond = np.flatnonzero(np.any(powers > 1, axis=1) | middle)
     owners = np.minimum(powers[beyond].argmax(axis=1), last) if len(beyond) else beyond
-    return {int(i): model.coefficients[beyond[owners == i]] for i in np.unique(owners)}
+    return beyond, owners, middle[beyond]
 
 
 def with_disk(of: OpenCorners, ends: tuple[float, float]) -> Family:

@@ -37,6 +37,7 @@ _RESTS = (1e-2, 1e-3, 1e-4, 1e-6)  # of the Riccati equation, in units of its fi
 _LEAST_PART = 1e-16  # of the first solution, that a state has of it
 _DOUBLINGS = 24
 _MOST_BENDS = 24  # terms beyond the corners for which a norm is descended
+_ROUNDED = 1e-6  # more than the rounding of a fourth power of 128 states, as a part of it
 _BEYOND = 1e-12  # by which a pole lies outside for certain
 
 
@@ -81,7 +82,9 @@ class Norm:
         rounding = {
             i: 4.0 * UNIT * (len(self.transform) + 2) * self._turned(np.abs(of)) for i, of in self.family.bends.items()
         }
-        return {i: _norms(of) + _norms(rounding[i]) for i, of in turned.items()}
+        return {
+            i: (_norms(of) + float(np.linalg.norm(rounding[i], axis=(1, 2)).sum())) * UP for i, of in turned.items()
+        }
 
     @property
     def beyond(self) -> float:
@@ -310,7 +313,8 @@ def outer_corner(family: Family) -> int | None:
     """
     if family.still or family.blocks:
         return None
-    radii = np.abs(np.linalg.eigvals(family.corners.middle)).max(axis=1, initial=0.0).reshape(-1, family.factors)
+    corners = family.corners.middle if family.sensors is None else family.sensors[:-1]
+    radii = np.abs(np.linalg.eigvals(corners)).max(axis=1, initial=0.0).reshape(-1, family.factors)
     largest_of = radii[:, :2].max(axis=1)
     worst = int(np.argmax(largest_of))
     return worst if largest_of[worst] > 1.0 + _BEYOND else None
@@ -322,8 +326,15 @@ def bound_of(sizes: Array) -> float:
 
 
 def _norms(matrices: Array) -> float:
-    """Return at least the sum of the spectral norms of some matrices."""
-    return float(np.linalg.norm(matrices, axis=(1, 2)).sum()) * UP
+    """Return at least the sum of the spectral norms of some matrices.
+
+    The eighth power of one is at most the Frobenius norm of (M'M)^4.
+    """
+    sizes = np.linalg.norm(matrices, axis=(1, 2))
+    unit = matrices / np.maximum(sizes, 1e-300)[:, None, None]
+    square = np.swapaxes(unit, 1, 2) @ unit
+    fourth = square @ square
+    return float((sizes * np.linalg.norm(fourth @ fourth, axis=(1, 2)) ** 0.125).sum()) * (1.0 + _ROUNDED)
 
 
 def _bends(back: Array, matrices: Array, step: Array) -> tuple[float, Array]:

@@ -134,6 +134,7 @@ class ProvedRegion:
     transform: Array  # T
     beyond: Array  # bounds of how far matrices may lie beyond the corners, entry by entry
     bends: float  # and more, by their norm in coordinates of T
+    shift: Array | None  # by which the corners are moved before
     left: Array | None  # what a matrix at rest was multiplied by
     beyond_noise: Array | None
     loops: OpenCorners  # opened, of the parameters of the box; without derivatives

@@ -96,7 +96,7 @@ class BoxLook:
         loops = (family.opened or self.maps.open(box[:-1])).proving
         beyond, left, noise = disc.beyond(family), family.left, family.beyond_noise
         bends = sum(norm.bent.values()) * disc.radius * (1.0 + 2.0**-39) if norm.bent else 0.0
-        return ProvedRegion(core, box, norm.transform, beyond, bends, left, noise, loops, disc)
+        return ProvedRegion(core, box, norm.transform, beyond, bends, family.shift, left, noise, loops, disc)
 
     def _refuted_at(self, box: Sides, norm: Norm | None) -> Sides | None:
         """Return a point of a box that breaks the claim: its middle if that may be, or a corner."""

@@ -22,7 +22,9 @@ ONE = (1.0, 1.0)  # the factor at the wire, which stays
 
 
 def region(core: Any, box: Any, transform: Any = ((1.0,),), radius: float = 0.5) -> Any:
-    return ProvedRegion(core, box, np.array(transform), np.zeros(0), 0.0, None, None, None, Disc(0.0, 0.0, radius))  # type: ignore[arg-type]
+    return ProvedRegion(
+        core, box, np.array(transform), np.zeros(0), 0.0, None, None, None, None, Disc(0.0, 0.0, radius)
+    )  # type: ignore[arg-type]
 
 
 # -- sides of a box ----------------------------------------------------------------------------------------------------
