@@ -78,13 +78,12 @@ class Norm:
     @cached_property
     def bent(self) -> Mapping[int, float]:
         """The sum of the norms of terms that the corners do not have, for each coordinate."""
-        turned = {i: self.inverse @ terms @ self.transform for i, terms in self.family.bends.items()}
-        rounding = {
-            i: 4.0 * UNIT * (len(self.transform) + 2) * self._turned(np.abs(of)) for i, of in self.family.bends.items()
-        }
-        return {
-            i: (_norms(of) + float(np.linalg.norm(rounding[i], axis=(1, 2)).sum())) * UP for i, of in turned.items()
-        }
+        return {i: self._norms(terms) for i, terms in self.family.bends.items()}
+
+    @property
+    def bend(self) -> float:
+        """The sum of these norms, in coordinates of the transformation itself."""
+        return sum(self.bent.values()) / (1.0 - bound_of(self.apart)) * UP
 
     @property
     def beyond(self) -> float:
@@ -185,6 +184,12 @@ class Norm:
         turned = self.inverse @ np.concatenate([empty, *self.family.bends.values()]) @ self.transform
         sizes = np.linalg.norm(turned, axis=(1, 2))
         return np.asarray(turned[np.argsort(-sizes)[:_MOST_BENDS]])
+
+    def _norms(self, matrices: Array) -> float:
+        """Return at least the sum of the spectral norms of some matrices in these coordinates."""
+        turned, rounding = self.inverse @ matrices @ self.transform, 4.0 * UNIT * (len(self.transform) + 2)
+        off = np.linalg.norm(self._turned(np.abs(matrices)), axis=(1, 2)).sum()
+        return (_norms(turned) + rounding * float(off)) * UP
 
     def _turned(self, sizes: Array) -> Array:
         return np.asarray(np.abs(self.inverse) @ sizes @ np.abs(self.transform) * UP)

@@ -95,7 +95,7 @@ class BoxLook:
         family = norm.family
         loops = (family.opened or self.maps.open(box[:-1])).proving
         beyond, left, noise = disc.beyond(family), family.left, family.beyond_noise
-        bends = sum(norm.bent.values()) * disc.radius * (1.0 + 2.0**-39) if norm.bent else 0.0
+        bends = norm.bend * disc.radius * (1.0 + 2.0**-39) if norm.bent else 0.0
         return ProvedRegion(core, box, norm.transform, beyond, bends, family.shift, left, noise, loops, disc)
 
     def _refuted_at(self, box: Sides, norm: Norm | None) -> Sides | None:

@@ -174,6 +174,37 @@ def test_a_matrix_contracts_if_its_norm_is_below_one() -> None:
     assert not contracts([[0.75]], shares={0: np.array([[0.125]]), 1: np.array([[0.126]])})
 
 
+def test_what_a_coordinate_bends_counts_with_its_norm() -> None:
+    """A rotation has two equal singular values, of which the bound is 2^(1 / 16) too large; a line has one."""
+    rotation = 0.2 * np.array([[0.6, -0.8], [0.8, 0.6]])
+    of = family(0.75 * np.eye(2), bends={3: np.array([rotation, 0.25 * rotation])}, shares={3: 0.01 * np.eye(2)})
+    norm = Norm(np.diag([4.0, 4.0]), of)
+    assert norm.bent == {3: pytest.approx(0.25, rel=2.0 ** (1 / 16) - 1.0 + 2e-6)}
+    assert norm.bent[3] >= 0.25
+    assert norm.bend >= norm.bent[3]
+    assert norm.shares == {3: pytest.approx(norm.bent[3] + 0.01 * math.sqrt(2.0))}
+    assert norm.beyond == pytest.approx(norm.bent[3] + 0.01)
+    line = np.array([[[0.0, 0.2], [0.0, 0.0]]])
+    assert contracts(np.zeros((2, 2)), bends={0: line * 4.9})
+    assert not contracts(np.zeros((2, 2)), bends={0: line * 5.01})
+    assert contracts(np.zeros((2, 2)), bends={0: line * 9.9}, transform=[[2.0, 0.0], [0.0, 1.0]])
+
+
+def test_the_slopes_of_what_bends() -> None:
+    draw = np.random.default_rng(4)
+    matrices, step = draw.normal(size=(3, 4, 4)), np.eye(4) + 0.1 * draw.normal(size=(4, 4))
+
+    def size(of: Any) -> float:
+        return sum(float(np.linalg.norm(np.linalg.inv(of) @ matrix @ of)) for matrix in matrices)
+
+    value, slopes = contraction._bends(np.linalg.inv(step), matrices, step)
+    assert value == pytest.approx(size(step))
+    for place in np.ndindex(4, 4):
+        moved = np.zeros((4, 4))
+        moved[place] = 1e-5
+        assert slopes[place] == pytest.approx((size(step + moved) - size(step - moved)) / 2e-5, rel=1e-5, abs=1e-7)
+
+
 def test_noise_that_enters_keeps_its_limit_too() -> None:
     """Rows of 3 and 4 beside what may be 1 more each: sqrt(16 + 25) in units of 2."""
     noise = exact([[6.0], [8.0]])
