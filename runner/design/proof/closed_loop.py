@@ -222,8 +222,9 @@ def closed_loops(factor: Factor, of: OpenCorners, ends: tuple[float, float]) -> 
     exact = {*of.interpolated, last, last + chord}
     if of.ticks is None:
         return Family(stacked, len(factors), shares_of(terms, exact, last))
-    unknown = {last: 2.0 * UP * terms.radius}
     shift, bends = bends_of(terms, exact, last)
+    most = max(bends, key=lambda i: float(np.linalg.norm(bends[i], axis=(1, 2)).sum()), default=last)
+    unknown = {most: 2.0 * UP * terms.radius}
     sensors = np.concatenate([stacked.middle, terms.coefficients[:1]])
     return Family(stacked.moved(shift), len(factors), unknown, bends, shift, sensors, opened=of)
 
