@@ -103,7 +103,7 @@ def prove(
     tolerances: Mapping[str, Any] | None = None,
     gain_margin: str = "",
     phase_margin: str = "",
-    disk_margin: str = "",
+    disk_margin: str | float = "",
     delay_margin: str = "",
     decay_rate: str = "",
     input: str = "",
@@ -130,7 +130,7 @@ def prove(
     normal parameters. `tolerances` maps parameters to "5 %", to a width with a unit or to a list of
     two values. `loop` names one loop; unless given, all of them count. `gain_margin` and
     `phase_margin` are limits such as "10 dB" and "60 deg"; unless given, those that a loop
-    requires, else 6 dB and 45 deg. A `disk_margin` such as "0.5", a `delay_margin` such as "100 us"
+    requires, else 6 dB and 45 deg. A `disk_margin` such as 0.5, a `delay_margin` such as "100 us"
     and a `decay_rate` of the slowest pole such as "50 1/s" are proved besides if they are given.
 
     `scale_factor` maps outputs to limits from an `input`, such as "1.9..2.1", `peak` maps outputs
@@ -174,13 +174,14 @@ def prove(
     sensor, of_constants = with_constants(graph, planned, held, ranges)
     planned = plan(sensor) if held else planned
     coordinates, rests = coordinates_of(planned, ranges + of_constants), RestRuns(planned, at)
-    given = {
+    margins = {
         "gain margin": gain_margin,
         "phase margin": phase_margin,
         "disk margin": disk_margin,
         "delay margin": delay_margin,
         "decay rate": decay_rate,
     }
+    given = {kind: str(limit) for kind, limit in margins.items()}
     limits = {SCALE_FACTOR: scale_factor, BIAS: bias, PEAK: peak, RMS: noise}
     subjects = about_outputs(planned, input, limits)
     of_digital = [""] * no_overflow + [*(rounding or {})]

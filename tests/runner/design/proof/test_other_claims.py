@@ -56,6 +56,16 @@ def test_other_claims_are_proved_up_to_their_closed_forms(part: float, proved: P
 
 
 @pytest.mark.exhaustive
+@pytest.mark.defect("C873", before="TypeError for a limit that is a number", after="taken, or a sentence")
+def test_a_limit_may_be_a_number_where_it_has_no_unit() -> None:
+    *_, disk = prove(GRAPH, tolerances=WITHIN, disk_margin=0.5 * DISK).proofs
+    assert (disk.status, disk.claim.limit) == ("proved", 0.5 * DISK)
+    with pytest.raises(ModelError, match=r'write it as "6 dB"'):
+        prove(GRAPH, gain_margin=6.0)  # type: ignore[arg-type]
+    with pytest.raises(ModelError, match="above zero"):
+        prove(GRAPH, disk_margin=0.0)
+
+
 @pytest.mark.defect("S790", before="a disk 0.01 % beyond the least there is: open", after="refuted")
 def test_a_disk_a_little_beyond_its_closed_form_is_refuted() -> None:
     (*_, disk) = prove(GRAPH, tolerances=WITHIN, disk_margin=f"{1.0001 * DISK}").proofs
