@@ -14,10 +14,12 @@ both.
 
 import math
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import flint
+import numpy as np
 
 from proofmass.blocks.arithmetic import elementary
 
@@ -26,6 +28,13 @@ UNIT = 2.0**-53  # largest relative rounding error of a double
 UP = 1.0 + 2.0**-40  # more than the rounding of a sum of some thousand positive numbers
 LEAST = 1e-290  # more than what underflow takes
 LAST_PLACES = 2.0**-50  # more than a few units in the last place of a double
+
+
+@contextmanager
+def enclosing() -> Iterator[None]:
+    """Count with balls of `BITS` bits, and in doubles without warnings of what has no bounds."""
+    with flint.ctx.workprec(BITS), np.errstate(over="ignore", invalid="ignore"):
+        yield
 
 
 class UndecidedError(ArithmeticError):

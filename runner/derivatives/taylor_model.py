@@ -33,7 +33,10 @@ def order_kept(coordinates: int) -> int:
 
 @dataclass(frozen=True, eq=False)
 class Monomials:
-    """Products d^k of coordinates, by order: the first is one. Equal ones are the same object."""
+    """Products d^k of coordinates, by order: the first is one.
+
+    Equal ones are the same object, while they are remembered.
+    """
 
     exponents: Integers  # (products, coordinates)
 
@@ -71,7 +74,7 @@ def _interned(data: bytes, shape: tuple[int, int]) -> Monomials:
 
 
 def monomials(exponents: Any) -> Monomials:
-    """Return products of coordinates from their exponents, in ascending order."""
+    """Return products of coordinates by their exponents, which are in ascending order."""
     rows = np.ascontiguousarray(exponents, dtype=np.int64)
     return _interned(rows.tobytes(), rows.shape)
 
@@ -84,7 +87,7 @@ def _widened(of: Monomials, width: int) -> Integers:
 
 
 class _Table(NamedTuple):
-    """What a sum or a product has of two polynomials: which of their terms, and where each of its own terms begins."""
+    """Pairs of terms of a product of two polynomials, and where those of each of its own terms begin."""
 
     left: Integers
     right: Integers
@@ -134,7 +137,7 @@ class TaylorModel:
 
     @classmethod
     def constant(cls, middle: Any, radius: Any = 0.0) -> "TaylorModel":
-        """Return what does not follow the coordinates."""
+        """Return a number or a matrix that does not follow the coordinates."""
         middle = np.asarray(middle, dtype=np.float64)
         return cls(ONE, middle[None], np.broadcast_to(radius, middle.shape))
 
@@ -155,7 +158,7 @@ class TaylorModel:
 
     @property
     def name(self) -> object:
-        """What is equal for those that are the same."""
+        """A name that those have in common that are the same."""
         return self.of, self.coefficients.tobytes(), self.radius.tobytes()
 
     @property

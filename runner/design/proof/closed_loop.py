@@ -224,7 +224,8 @@ def closed_loops(factor: Factor, of: OpenCorners, ends: tuple[float, float]) -> 
         return Family(stacked, len(factors), shares_of(terms, exact, last))
     shift, bends = bends_of(terms, exact, last)
     most = max(bends, key=lambda i: float(np.linalg.norm(bends[i], axis=(1, 2)).sum()), default=last)
-    unknown = {most: 2.0 * UP * terms.radius}
+    rounding = len(terms.coefficients) * UNIT * terms.size  # of the shift
+    unknown = {most: (2.0 * terms.radius + rounding) * UP}
     sensors = np.concatenate([stacked.middle, terms.coefficients[:1]])
     return Family(stacked.moved(shift), len(factors), unknown, bends, shift, sensors, opened=of)
 

@@ -12,10 +12,9 @@ from the box and where it begins alone, whatever else was looked at and in which
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import flint
 import numpy as np
 
-from proofmass.runner.derivatives.ball import BITS, UndecidedError
+from proofmass.runner.derivatives.ball import UndecidedError, enclosing
 from proofmass.runner.design.proof.at_rest import keeps_side, none_settles
 from proofmass.runner.design.proof.box_maps import MOST_CORNERS, BoxMaps, middle_of
 from proofmass.runner.design.proof.claim import PEAK, Claim
@@ -60,7 +59,7 @@ class BoxLook:
 
     def at(self, box: Sides, start: Start | None) -> Looked:
         """Return what comes of a box whose norm may be that of a start; raises `ModelError` of a sensor within."""
-        with flint.ctx.workprec(BITS):
+        with enclosing():
             return self._at(box, start)
 
     def _at(self, core: Sides, start: Start | None) -> Looked:

@@ -14,7 +14,6 @@ from contextlib import closing
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import flint
 from threadpoolctl import threadpool_limits
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
@@ -22,7 +21,7 @@ from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.studies.study import Study
-from proofmass.runner.derivatives.ball import BITS, UndecidedError
+from proofmass.runner.derivatives.ball import UndecidedError, enclosing
 from proofmass.runner.design.proof.attempt import Attempt, KnownProofs, MarginProof
 from proofmass.runner.design.proof.ball_map import Starting
 from proofmass.runner.design.proof.box_maps import BoxMaps
@@ -338,7 +337,7 @@ def _straight(loop: Starting, coordinates: Coordinates) -> Coordinates:
         except UndecidedError:
             return math.inf
 
-    with flint.ctx.workprec(BITS):
+    with enclosing():
         for place in range(len(coordinates.ranges)):
             turned = coordinates.turned(place)
             own = bend(coordinates, place)

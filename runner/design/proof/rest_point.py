@@ -22,7 +22,6 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-import flint
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
@@ -35,7 +34,7 @@ from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.rings import Entry, find_rings
 from proofmass.runner.analysis.linearisation.seeds import HELD, at_place, held_in, place_of, put
 from proofmass.runner.analysis.linearisation.settle import settled_tick
-from proofmass.runner.derivatives.ball import BITS, Ball, UndecidedError, arb_of
+from proofmass.runner.derivatives.ball import Ball, UndecidedError, arb_of, double_of, enclosing
 from proofmass.runner.derivatives.dual import SIGNALS, Dual, dual, plain, slopes_of
 from proofmass.runner.derivatives.polynomial import PolynomialBall, model_of
 from proofmass.runner.derivatives.taylor_model import TaylorModel, order_kept
@@ -218,7 +217,9 @@ class RestRun:
         if not self.directions:
             empty = Enclosed.exact(np.zeros((0, 0)))
             return RestPoint([], np.zeros(0), empty.middle[0], empty, empty)
-        middles = {name: Ball(arb_of(value).mid()) for name, value in parameters.items()}
+        middles = {
+            name: PolynomialBall(TaylorModel.constant(double_of(value)[0])) for name, value in parameters.items()
+        }
         centre, left = self._in_the_middle(with_balls(self._plan, middles))
         curve = balls_of(centre)
         for _ in range(order_kept(len(parameters)) if parameters else 0):
@@ -235,7 +236,7 @@ class RestRun:
         for _ in range(_NEWTON):
             image, _ = self.image(plan, balls_of(centre))
             left = near_inverse(self._matrix(image))
-            by = left @ np.array([float(arb_of(plain(x)).mid()) for x in image] - centre)
+            by = left @ np.array([double_of(plain(x))[0] for x in image] - centre)
             if not np.isfinite(by).all():
                 break
             centre, sizes = centre + by, np.maximum(sizes, np.abs(by))
@@ -299,7 +300,7 @@ class RestRun:
         """
         own = RestRun.like(self, plan)
         rest = own._own_point()
-        with flint.ctx.workprec(BITS):
+        with enclosing():
             _, outputs = own.image(plan, rest.values)
             low, high = Ball(sum(arb_of(plain(value)) for value in outputs) / len(outputs)).ends()
         return 0.5 * low + 0.5 * high, high - low
@@ -307,7 +308,7 @@ class RestRun:
     def _own_point(self) -> RestPoint:
         """Return where the sensor as it is rests; raises `ModelError`."""
         try:
-            with flint.ctx.workprec(BITS):
+            with enclosing():
                 return self.enclosed({})
         except UndecidedError as error:
             raise self._plan.graph.placed(not_at_rest(str(error), self._signal)).error from None

@@ -11,13 +11,11 @@ from collections.abc import Set as AbstractSet
 from fractions import Fraction
 from typing import Any
 
-import flint
-
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.sources.pulse import Pulse
 from proofmass.blocks.sources.sine import Sine
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.derivatives.ball import BITS, arb_of, ball
+from proofmass.runner.derivatives.ball import arb_of, ball, enclosing
 from proofmass.runner.derivatives.dual import SIGNALS, dual, plain, slopes_of
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.plan.bindings import Default, Time
@@ -46,7 +44,7 @@ class RestSources:
 
     def moving(self, plan: Plan, time: float) -> list[Endpoint]:
         """Return those that are not constant from a time on, for a plan with other parameters."""
-        with flint.ctx.workprec(BITS):
+        with enclosing():
             return [node for node in self._nodes if plan.is_driven(node[0]) or _changes(plan, node, time)]
 
     def check(self, signal: str, ticks: int, first: int) -> None:
