@@ -249,9 +249,9 @@ def _closed(opened: _Whole, f: _Whole, n: int, factor: str, limit: Fraction, lef
         rest = left @ (opened[0] - border) // ONE + ONE * _unit(n + 1), np.abs(left) @ (opened[1] + 1) // ONE + 2
         return np.block([[opened[:, :n, :n], 0 * opened[:, :n]], [0 * opened[:, :n].swapaxes(1, 2), np.stack(rest)]])
     a, b, c, d = (np.kron(_unit(f.shape[1] // k), opened[:, rows, columns]) for rows in ends for columns in ends)
-    e = f
-    for _ in range(k - 1):
-        e = f + _times(f, _times(d, e))
+    e, power = f, _times(f, d)
+    for _ in range((k - 1).bit_length()):  # D has no power of order k
+        e, power = e + _times(power, e), _times(power, power)
     closed, half = a + _times(_times(b, e), c), np.stack([f[0] // 2, 0 * f[0]])
     if factor in ("gain", "phase"):
         return closed
