@@ -36,7 +36,6 @@ _ROOMS = (1.1, 1.03, 1.01, 1.003, 1.001, 1.0001)  # sizes of disks, as parts of 
 _RESTS = (1e-2, 1e-3, 1e-4, 1e-6)  # of the Riccati equation, in units of its first solution
 _LEAST_PART = 1e-16  # of the first solution, that a state has of it
 _DOUBLINGS = 24
-_ENOUGH = -0.01  # logarithm of a norm with all that is unknown, which proves
 _MOST_BENDS = 24  # terms beyond the corners for which a norm is descended
 _ROUNDED = 1e-6  # more than the rounding of a fourth power of 128 states, as a part of it
 _BEYOND = 1e-12  # by which a pole lies outside for certain
@@ -177,7 +176,7 @@ class Norm:
             size_of_bends, by_bends = _bends(back, bends, step)
             return value + size + size_of_bends, free * (slope + by_step - back.T @ by_back @ back.T + by_bends)
 
-        return Norm(self.transform @ descended(smooth, (n, n), _SHARPNESS, _ENOUGH), self.family)
+        return Norm(self.transform @ descended(smooth, (n, n), _SHARPNESS), self.family)
 
     def _large_bends(self) -> Array:
         """Return the terms that make up nearly all of what lies beyond the corners, in these coordinates."""
