@@ -348,7 +348,7 @@ def _bends(back: Array, matrices: Array, step: Array) -> tuple[float, Array]:
     sizes = np.linalg.norm(turned, axis=(1, 2)) + 1e-300
     parts = turned / sizes[:, None, None]
     slopes = np.tensordot(turned, parts, ([0, 1], [0, 1])) - np.tensordot(parts, turned, ([0, 2], [0, 2]))
-    return float(sizes.sum()), back.T @ slopes
+    return float(sizes.sum()), np.asarray(back.T @ slopes, dtype=np.float64)
 
 
 def _decay(transform: Array, rates: Family) -> bool:
