@@ -47,7 +47,7 @@ class Monomials:
 
     @cached_property
     def firsts(self) -> Integers:
-        """Where each order that there is begins."""
+        """Places at which the orders that there are begin."""
         return np.flatnonzero(np.diff(self.orders, prepend=-1))
 
     @property
@@ -173,7 +173,7 @@ class TaylorModel:
 
     @property
     def pruned(self) -> "TaylorModel":
-        """The same without terms that are zero, but for the constant."""
+        """A polynomial without its terms that are zero, but for the constant."""
         there: Truths = np.any(self.coefficients.reshape(len(self.coefficients), -1), axis=1)
         there[0] = True
         if there.all():
