@@ -17,11 +17,13 @@ import argparse
 import ast
 import json
 import os
+import resource
 import subprocess
 import sys
+import time
 import tomllib
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -72,12 +74,26 @@ def _is_by_test() -> bool:
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Note the test that the lines run for."""
+    """Note the test that the lines run for, and when it begins."""
+    item.stash[_BEGUN] = _processor_seconds()
     running = coverage.Coverage.current()
     if running is not None and _is_by_test():
         running.switch_context(item.nodeid)
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Take processor time for the length of a test: the clock says how busy the machine is."""
+    report, now = (yield), _processor_seconds()
+    report.duration, item.stash[_BEGUN] = now - item.stash.get(_BEGUN, now), now
+    return report
+
+
+def _processor_seconds() -> float:
+    return time.process_time() + sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
+
+
+_BEGUN = pytest.StashKey[float]()
 _seconds = Counter[str]()
 
 

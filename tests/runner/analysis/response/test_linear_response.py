@@ -166,5 +166,19 @@ def test_the_peak_and_the_band_edges(
         assert found.corners[0] is None
 
 
+@pytest.mark.parametrize("quality", [100.0, 1e4])
+def test_straight_lines_between_the_frequencies_shown_follow_a_resonance(quality: float) -> None:
+    turn = 2.0 * math.pi * 79.67 / RATE
+    size = math.exp(-0.5 * turn / quality)
+    denominator = (1.0, -2.0 * size * math.cos(turn), size * size)
+    found = response(
+        chain(DiscreteTransferFunction(numerator=(0.0, 1.0, 0.0), denominator=denominator)), "u.output", "a.output"
+    )
+    f = 79.67 * (1.0 + np.linspace(-8.0, 8.0, 400) / (2.0 * quality))
+    z = np.exp(2j * np.pi * f / RATE)
+    drawn = np.interp(f, found.frequencies, 20.0 * np.log10(np.abs(found.gain)))
+    assert drawn == pytest.approx(20.0 * np.log10(np.abs(z / np.polyval(denominator, z))), abs=0.7)  # dB
+
+
 def test_the_largest_gain_of_a_low_pass_filter_is_at_rest() -> None:
     assert response(first_order(0.9), "u.output", "a.output").peak == (0.0, pytest.approx(1.0, rel=1e-12))
