@@ -1,5 +1,6 @@
 """Maps about operating points that move: carriers that fit the schedule or do not, against simulation."""
 
+import cmath
 import math
 from dataclasses import replace
 from typing import Any
@@ -211,6 +212,25 @@ def test_a_start_up_is_noted_and_a_settled_loop_is_not() -> None:
     with pytest.raises(ModelError, match="does not repeat") as caught:
         linearised(planned, 5).loop(("back", "output"))
     assert caught.value.problems[0].hint == "take a later time, or --at settled"
+
+
+def test_a_gain_that_turns_is_taken_over_its_turn_also_where_it_is_flat() -> None:
+    """It is 1 in the mean, and 1.04 at the operating point and nearly so a period later."""
+    cycle, tick = 3.826 * math.pi, 100
+    blocks: dict[str, Block] = {
+        "one": Constant(value=1.0),
+        "sine": Sine(amplitude=0.04, frequency=SLOW / cycle, phase=(0.5 - 2.0 * tick / cycle) * math.pi),
+        "sum": Sum(),
+        "gain": Product(),
+        "total": DiscreteIntegrator(gain=300.0, output_unit="1"),
+        "back": Gain(gain=-1.0),
+    }
+    wires = ["one.output -> sum.first", "sine.output -> sum.second", "sum.output -> gain.first"]
+    wires += ["total.output -> gain.second", "gain.output -> back.input", "back.output -> total.input"]
+    graph = Graph(name="turning", rate=SLOW, blocks=blocks, wires=wires)
+    loop = linearised(plan(graph), tick).loop(("back", "output"))
+    assert loop.map.period == pytest.approx(0.012)
+    assert loop.response(30.0) == pytest.approx(0.3 / (cmath.exp(0.03j) - 1.0), rel=2e-3)
 
 
 @pytest.mark.parametrize("periods", [1, 40])
