@@ -85,7 +85,8 @@ class _Shooting:
         self.outputs = list(_numbers(self.plan))
         self.first = max(1, min(_SETTLING, 4096 * common) // common) * common
         self._sizes: dict[Entry, float] = {}
-        self._span = min(_SPANS[0], LONGEST // common)
+        self.spans = [*dict.fromkeys(min(span, LONGEST // common) for span in _SPANS)]
+        self._span = self.spans[0]
         names = sorted(self.plan.blocks)
         for tick in _looks(self.common, self.first):
             self._start = course.at(tick)
@@ -95,8 +96,8 @@ class _Shooting:
     def candidates(self) -> Iterator[int]:
         """Yield how many common periods the orbit may take: one, and those that a run takes."""
         yield 1
-        longest, tried = LONGEST // self.common, {1}
-        for span in dict.fromkeys(min(span, longest) for span in _SPANS):
+        tried = {1}
+        for span in self.spans:
             self._span = span
             vars(self).pop("_orbit", None)
             several = [periods for periods in self._orbit.returns() if periods not in tried]
@@ -261,8 +262,7 @@ def _none(plan: Plan, search: _Shooting, worst: str) -> Problem:
         message="no periodic operating point was found",
         key="at",
         got=worst,
-        expected=f"an orbit that closes in {period:.6g} s, or in a whole number of these up to"
-        f" {min(LONGEST // search.common, _SPANS[-1])}",
+        expected=f"an orbit that closes in {period:.6g} s, or in a whole number of these up to {search.spans[-1]}",
         hint="choose rates so that a whole number of ticks fits each carrier; an oscillator without a drive has a"
         " period of its own, which no number of ticks need fit: drive it",
     )

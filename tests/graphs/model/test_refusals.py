@@ -201,3 +201,9 @@ def test_names_that_are_none_are_told_what_wires_call_them() -> None:
     assert [(problem.got, problem.hint) for problem in names] == [
         ("'mass__'", "did you mean mass?"), ("'adc__'", "did you mean adc?")
     ]  # fmt: skip
+
+
+def test_names_of_measures_are_not_told_what_wires_call_blocks() -> None:
+    text = SMALL.replace("[blocks.adc]", "[blocks.adc__]") + '[measures.Adc]\nsignal = "adc__.code"\n'
+    (hint,) = (problem.hint for problem in problems_of(text) if problem.got == "'Adc'")
+    assert hint == ""

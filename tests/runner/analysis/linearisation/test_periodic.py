@@ -326,3 +326,10 @@ def test_where_there_is_none_it_is_said(name: str, graph: Graph) -> None:
         periodic_point(Course(plan(graph)))
     assert "closes in 0.0005 s" in str(told.value)
     assert replace(graph) == graph, name
+
+
+def test_an_orbit_is_looked_for_in_ten_thousand_base_ticks() -> None:
+    blocks = {"sine": Sine(frequency=math.pi), "gain": Gain()}
+    graph = Graph(name="", rate="10 kHz", blocks=blocks, wires=["sine.output -> gain.input"], rates={"gain": "10 Hz"})
+    with pytest.raises(ModelError, match=r"in 0\.1 s, or in a whole number of these up to 10\b"):
+        periodic_point(Course(plan(graph)))
