@@ -42,7 +42,8 @@ class Nearest:
         module = _module(ROOT / file)
         rings = [*nx.bfs_layers(self._imports, [module])] if module in self._imports else []
         away = {name: distance for distance, ring in enumerate(rings) for name in ring}
-        near, far = ([_module(path) for path in folder.rglob("test_*.py")] for folder in (ROOT / named).parents[:2])
+        rooms = [f"{_module(folder)}." for folder in (ROOT / named).parents[:2]]
+        near, far = ([name for name in self._imports if name.startswith(room)] for room in rooms)
         found = dict.fromkeys([str(named)] if (ROOT / named).exists() else [])
         for ring in (*rings[:2], near, *rings[2:], far):
             tests = [name for name in ring if name.startswith("tests.") and ".test_" in name]
