@@ -43,7 +43,7 @@ class Nearest:
         rings = [*nx.bfs_layers(self._imports, [module])] if module in self._imports else []
         away = {name: distance for distance, ring in enumerate(rings) for name in ring}
         near, far = ([_module(path) for path in folder.rglob("test_*.py")] for folder in (ROOT / named).parents[:2])
-        found = dict.fromkeys([str(named)] if (ROOT / named).exists() else [])
+        found = dict.fromkeys([str(named)] if _module(ROOT / named) in self._imports else [])
         for ring in (*rings[:2], near, *rings[2:], far):
             tests = [name for name in ring if name.startswith("tests.") and ".test_" in name and name in self._imports]
             tests.sort(key=lambda name: (name not in near, away.get(name, 99), self._imports.in_degree(name), name))
