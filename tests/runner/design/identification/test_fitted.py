@@ -198,22 +198,24 @@ def test_several_recordings_are_fitted_together_and_residuals_that_are_not_white
     assert "not white" in fitted_text(told)
 
 
+# A sharp resonance: 15 % off in stiffness nothing pulls towards it.
+SHARP = {"time": TIMES, "force": FORCE, "volts": response(5.4, 5e-7)}
+FAR = GRAPH.with_parameters({"sensor.stiffness": "6.2 N/m", "sensor.damping": "5e-7 kg/s"})
+
+
 def test_several_starts_find_what_one_misses() -> None:
-    far = GRAPH.with_parameters({"sensor.stiffness": "20 N/m"})
-    free = {"sensor.stiffness": {"at_least": 2.0, "at_most": 30.0}, "sensor.damping": {}}
-    fitted = fit(far, recorded(10), inputs=INPUTS, outputs=OUTPUTS, free=free, starts=8)
-    assert fitted.estimates[0].value == pytest.approx(TRUTH["stiffness"], rel=1e-3)
-    assert 1 <= fitted.reached <= 8
+    free = {"sensor.stiffness": {"at_least": 5.0, "at_most": 6.5}, "sensor.damping": {}}
+    fitted = fit(FAR, SHARP, inputs=INPUTS, outputs=OUTPUTS, free=free, starts=3)
+    assert fitted.estimates[0].value == pytest.approx(5.4, rel=1e-6)
+    assert 1 <= fitted.reached < 3
+    assert f"{fitted.reached} of 3 starts agree" in fitted_text(fitted)
 
 
 @pytest.mark.defect(
     "S658", before="a fit that ends in a local minimum is converged, without a word of --tries", after="a note"
 )
 def test_a_fit_that_ends_far_from_the_recordings_names_other_starts() -> None:
-    """A sharp resonance: 15 % off in stiffness nothing pulls towards it."""
-    sharp = {"time": TIMES, "force": FORCE, "volts": response(5.4, 5e-7)}
-    far = GRAPH.with_parameters({"sensor.stiffness": "6.2 N/m", "sensor.damping": "5e-7 kg/s"})
-    stuck = fit(far, sharp, inputs=INPUTS, outputs=OUTPUTS, free=FREE)
+    stuck = fit(FAR, SHARP, inputs=INPUTS, outputs=OUTPUTS, free=FREE)
     assert stuck.outputs[0].explained < 0.5
     assert "--tries 8" in fitted_text(stuck)
     assert "--tries" not in fitted_text(fit(GRAPH, recorded(10), inputs=INPUTS, outputs=OUTPUTS, free=FREE))
