@@ -9,7 +9,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.continuous.exact_hold import MANY_COLUMNS
 from proofmass.runner.planning.plan import plan
-from proofmass.runner.run.engines import choose
+from proofmass.runner.run.engines import choose, interpreting_seconds
 from proofmass.runner.run.simulate import simulate
 from proofmass.runner.targets.native import CompiledLoop
 
@@ -18,10 +18,14 @@ STATES, CORNER, RATE = 60, 100.0, 10_000.0
 
 @pytest.fixture(scope="module")
 def chain() -> Graph:
+    return chain_of(STATES)
+
+
+def chain_of(states: int) -> Graph:
     """Low-pass filters in a row, all of one group."""
     blocks: dict[str, Block] = {"source": Sine(frequency=37.0)}
     wires, last = [], "source.output"
-    for number in range(STATES):
+    for number in range(states):
         blocks[f"filter_{number}"] = LowPass(corner_frequency=CORNER)
         wires.append(f"{last} -> filter_{number}.input")
         last = f"filter_{number}.output"
@@ -35,6 +39,12 @@ def test_both_engines_give_the_same_bits(chain: Graph) -> None:
     plain, compiled = (simulate(chain, samples=80, engine=engine) for engine in ("python", "compiled"))
     for name, trace in plain.traces.items():
         assert np.array_equal(trace.values, compiled[name].values), name
+
+
+def test_the_largest_products_that_plain_python_writes_out_take_longest() -> None:
+    """A column of each is the input. NumPy multiplies larger matrices, fifty times as fast."""
+    fewer, most, more = (interpreting_seconds(plan(chain_of(MANY_COLUMNS - 1 + number)), 0) for number in (-1, 0, 1))
+    assert more < fewer < most
 
 
 def test_the_group_is_the_matrix_exponential(chain: Graph) -> None:

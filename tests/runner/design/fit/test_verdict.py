@@ -125,6 +125,7 @@ def test_roughness() -> None:
     assert roughness(T, T) < 0.01
     assert roughness(T, NOISE) == pytest.approx(1.0, abs=0.4)
     assert roughness(np.tile(T, 2), np.concatenate([T + 1.0, T - 1.0])) < 0.01
+    assert roughness(np.append(T, T[::2]), np.append(T, T[::2])) < 0.01
     assert roughness(T, np.ones(61)) == 0.0
 
 

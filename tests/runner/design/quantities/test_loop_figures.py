@@ -15,7 +15,7 @@ from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.margins.margins import margins_of
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.design.quantities.evaluator import Evaluator
-from proofmass.runner.design.quantities.loop_figures import read_figure, value_of_figure
+from proofmass.runner.design.quantities.loop_figures import differences, read_figure, value_of_figure
 from proofmass.runner.planning.plan import plan
 from tests.runner.analysis.margins.test_lines_of_a_period import PROPORTIONAL, RATE, tracking
 
@@ -31,6 +31,15 @@ def test_slopes_of_a_step_are_those_of_its_closed_form() -> None:
     found = read_figure(limits, loop, "settling_time", {"gain": 3.0, "other": 1.0})
     assert found.slopes == {"gain": pytest.approx(-10.0 * math.log(50.0) / 40.0**2, rel=1e-3)}
     assert read_figure(limits, loop, "overshoot", {"gain": 3.0}).slopes == {"gain": 0.0}
+
+
+def test_differences_suit_the_size_of_each_parameter() -> None:
+    """Of 1 / p, and of what has no number on one side."""
+    sizes = {"tiny": -1e-9, "usual": 2.0, "large": 1e12}
+    found = differences(lambda name, step: 1.0 / (sizes[name] + step), sizes)
+    assert found == {name: pytest.approx(-1.0 / size**2, rel=1e-6) for name, size in sizes.items()}
+    assert differences(lambda _, step: math.exp(step) if step < 0.0 else math.inf, {"edge": 0.0}) == {"edge": 0.0}
+    assert differences(lambda _, step: math.exp(step), {"nothing": 0.0}) == {"nothing": pytest.approx(1.0)}
 
 
 def test_a_delay_margin_of_one_sample_does_not_move() -> None:
