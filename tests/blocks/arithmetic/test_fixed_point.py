@@ -189,6 +189,8 @@ def test_arithmetic_is_that_of_fractions(a: FixedValue, b: FixedValue, k: int) -
     assert compared == (x < y, x <= y, x > y, x >= y, x == y, x != y)
     assert clip(a, -1, b).value == min(max(x, -1), y)
     assert where(a < b, a, b).value == min(x, y)
+    assert where(a < b, a, k).value == (x if x < y else k)
+    assert where(a < b, k, b).value == (k if x < y else y)
 
 
 @given(values(), formats, st.sampled_from(ROUNDINGS), st.sampled_from(OVERFLOWS))

@@ -29,6 +29,7 @@ HOSTILE_NUMBERS = [
     *(0.0, -0.0, 1.0, -1.0, 0.5, -0.5, 1.5, 2.5, -2.5, 2.0, 3.0, 10.0, 1e-320, -5e-324, 2.2250738585072014e-308),
     *(1e308, -1e308, math.inf, -math.inf, math.nan, 2.0**52 + 0.5, 2.0**53, 2.0**63, -(2.0**63), 1e19, 710.0, -745.2),
     *(math.pi, 0.1, 1.0 + 2.0**-52, 1.0 - 2.0**-53, 4503599627370495.5, -4503599627370495.5, 9007199254740993.0),
+    *(2914806573710131.5, 0.6560024633502852),  # the quotient less a remainder lies between two whole numbers
 ]
 integers = st.one_of(st.sampled_from(HOSTILE_INTEGERS), st.integers(LOWEST, HIGHEST), st.integers(-100, 100))
 numbers = st.one_of(st.sampled_from(HOSTILE_NUMBERS), st.floats(), st.floats(-10.0, 10.0))

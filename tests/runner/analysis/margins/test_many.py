@@ -8,7 +8,18 @@ import numpy as np
 import pytest
 
 import proofmass
-from proofmass.blocks import Constant, Difference, DiscreteTransferFunction, Gain, Negation, Notch, Step, Sum, UnitDelay
+from proofmass.blocks import (
+    Constant,
+    Difference,
+    DiscreteTransferFunction,
+    Gain,
+    Negation,
+    Notch,
+    Step,
+    Sum,
+    TransferFunction,
+    UnitDelay,
+)
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.changes import changed_blocks
@@ -112,6 +123,19 @@ def test_a_sensor_without_a_crossover_of_its_kind_is_taken_alone() -> None:
     assert not isinstance(values, proofmass.ModelError)
     assert values[1] == math.inf
     assert values == pytest.approx(margins_alone(sensor, "0 s"), rel=1e-12)
+
+
+def test_a_loop_of_analog_blocks_has_the_margin_of_three_lags() -> None:
+    """Each turns by 60 deg at the frequency at which it halves."""
+    lag = TransferFunction(numerator=(1.0,), denominator=(1e-3, 1.0))
+    blocks = {"zero": Constant(), "error": Difference(), "gain": Gain(gain=4.0), "a": lag, "b": lag, "c": lag}
+    wires = ["zero.output -> error.first", "c.strictly_proper_part -> error.second", "error.output -> gain.input"]
+    wires += ["gain.output -> a.input", "a.strictly_proper_part -> b.input", "b.strictly_proper_part -> c.input"]
+    loops = {"main": {"open_at": "c.strictly_proper_part"}}
+    planned = plan(Graph(name="", rate="1 kHz", blocks=blocks, wires=wires, loops=loops))
+    sensor = varied(planned, changed_blocks(planned.blocks, {"gain.gain": 5.0}))
+    ((gain_margin, *_),) = ManyMargins(planned, "0 s").values([sensor])
+    assert gain_margin == pytest.approx(20.0 * math.log10(8.0 / 5.0))
 
 
 def test_a_switch_at_another_time_is_not_that_of_the_first() -> None:

@@ -186,7 +186,7 @@ def test_bits_of_the_graph_of_a_continuous_loop(tmp_path: Path) -> None:
     assert (run(of.graph("3.072 MHz"), "quantiser.sign", 4000, tmp_path) == expected).all()
 
 
-def test_states_stay_within_the_swing() -> None:
+def test_states_stay_within_the_swing_up_to_the_peak() -> None:
     of, plain = (design_modulator(4, 64, swing=swing, samples=2048) for swing in (0.8, None))
     assert list(of.amplitudes) == sorted({*of.amplitudes}), "up to full scale"
     assert of.amplitudes[-1] == 0.0
@@ -195,6 +195,13 @@ def test_states_stay_within_the_swing() -> None:
     assert [k / p for k, p in zip(of.coefficients.a, plain.coefficients.a, strict=True)] == pytest.approx(
         [0.8 / swing for swing in plain.swings]
     )
+    rows, last = of.structure.stepped(of.coefficients)
+    size, states = 10.0 ** (of.amplitudes[np.nanargmax(np.array(of.simulated, float))] / 20.0), [np.zeros(4)]
+    for n in range(2000):
+        u = size * math.sin(2.0 * math.pi * n / 640.0)  # at a fifth of the band
+        v = 1.0 if last[:5] @ [*states[-1], u] >= 0.0 else -1.0
+        states.append(rows @ [*states[-1], u, v])
+    assert np.abs(states).max(axis=0) == pytest.approx(0.8, abs=0.2)
 
 
 @pytest.mark.parametrize(
