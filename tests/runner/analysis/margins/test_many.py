@@ -13,11 +13,11 @@ from proofmass.blocks import (
     Difference,
     DiscreteTransferFunction,
     Gain,
+    LowPass,
     Negation,
     Notch,
     Step,
     Sum,
-    TransferFunction,
     UnitDelay,
 )
 from proofmass.blocks.declaration.declare import Block
@@ -127,11 +127,11 @@ def test_a_sensor_without_a_crossover_of_its_kind_is_taken_alone() -> None:
 
 def test_a_loop_of_analog_blocks_has_the_margin_of_three_lags() -> None:
     """Each turns by 60 deg at the frequency at which it halves."""
-    lag = TransferFunction(numerator=(1.0,), denominator=(1e-3, 1.0))
+    lag = LowPass(corner_frequency=160.0)
     blocks = {"zero": Constant(), "error": Difference(), "gain": Gain(gain=4.0), "a": lag, "b": lag, "c": lag}
-    wires = ["zero.output -> error.first", "c.strictly_proper_part -> error.second", "error.output -> gain.input"]
-    wires += ["gain.output -> a.input", "a.strictly_proper_part -> b.input", "b.strictly_proper_part -> c.input"]
-    loops = {"main": {"open_at": "c.strictly_proper_part"}}
+    wires = ["zero.output -> error.first", "c.output -> error.second", "error.output -> gain.input"]
+    wires += ["gain.output -> a.input", "a.output -> b.input", "b.output -> c.input"]
+    loops = {"main": {"open_at": "c.output"}}
     planned = plan(Graph(name="", rate="1 kHz", blocks=blocks, wires=wires, loops=loops))
     sensor = varied(planned, changed_blocks(planned.blocks, {"gain.gain": 5.0}))
     ((gain_margin, *_),) = ManyMargins(planned, "0 s").values([sensor])
