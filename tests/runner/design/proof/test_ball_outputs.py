@@ -56,10 +56,13 @@ def outputs_hold(kind: type[Block], part: float, sensors: int, follow: bool = Fa
     run.advance(TICK, [[0.0] * TICK for _ in nominal.probes])
     memory = run.memory()
     ends = {f"block.{n}": within_bounds(kind, n, v, part) for n, v in values.items()}
-    made = (lambda of, i: PolynomialBall.coordinate(*of, i)) if follow else (lambda of, i: ball(*of))
+    numbers = {
+        n: PolynomialBall.coordinate(low, high, i) if follow else ball(low, high)
+        for i, (n, (low, high)) in enumerate(ends.items())
+    }
     try:
         whole = BallTicks(
-            with_balls(nominal, {n: made(of, i) for i, (n, of) in enumerate(ends.items())}),
+            with_balls(nominal, numbers),
             memory.copy(), set(nominal.blocks), [], [], False, False,
         )  # fmt: skip
         whole.advance(TICK + 1, ())
