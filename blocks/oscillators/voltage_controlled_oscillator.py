@@ -48,7 +48,7 @@ def phase(p: VoltageControlledOscillator, x: State) -> float:
     return 2.0 * math.pi * (x.whole + x.turns)
 
 
-@VoltageControlledOscillator.derivative(linear=False)
+@VoltageControlledOscillator.derivative(linear=True)
 def derivative(p: VoltageControlledOscillator, x: State, control: float) -> State:
     return State(p.frequency + p.gain * control, 0.0)
 

@@ -22,6 +22,7 @@ MatrixProduct = Callable[[Flat, Flat, int, Flat], None]
 TERMS = 22  # 1/22! is below the rounding error for a norm of at most 1
 LARGEST_SCALE = 2.0**300
 MANY_COLUMNS = 24  # largest matrix whose products plain Python and programs write out; NumPy and loops take larger ones
+UNIT = 2.0**200  # state or input in which rates have their slope to the last bit, beside any constant
 SCRATCH = 3  # sequences as large as the matrix that `matrix_exponential` needs
 
 

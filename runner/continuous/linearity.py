@@ -1,9 +1,9 @@
-"""Linearity of the rates of a group in its states and inputs, or once some inputs are held.
+"""Linearity of the rates of a group in its states and inputs but for a constant, or once some inputs are held.
 
-Where f(0) = 0 and f(s z) = s f(z), in the same bits for scales s sixty orders of magnitude up and
-down, and f(z) is the sum of what each entry of z does alone, no limit, dead zone or product can
-hide. An input w that multiplies others, as the rate of rotation does, is a factor: f(z, w) - f(0,
-w) is linear in z for each w.
+Where f(s z) - f(0) = s (f(z) - f(0)) for scales s sixty orders of magnitude up and down, in the
+same bits where f(0) = 0, and f(z) - f(0) is the sum of what each entry of z does alone, no limit,
+dead zone or product can hide. An input w that multiplies others, as the rate of rotation does, is a
+factor: f(z, w) - f(0, w) is linear in z for each w.
 """
 
 import itertools
@@ -16,13 +16,13 @@ _SCALES = (1.0, -1.0, 2.0, 2.0**-60, 2.0**60, 2.0**-200, 2.0**200)
 _NEAR_SCALES = (-1.0, 2.0, 2.0**-10, 2.0**10)  # for functions that subtract a constant, which leaves rounding
 _SIGNS = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0, 1.0))
 _FACTORS = (0.625, -1.75, 3.0)
-_ROUNDING = 1e-9
+_ROUNDING, _OF_CONSTANT = 1e-9, 1e-12  # the latter where no factor is held
 
 
 def factors_of(rates: _Rates, size: int, candidates: Sequence[int]) -> tuple[int, ...] | None:
-    """Entries that multiply others, the rates being linear in the rest; () where they are linear in
-    all of them, None where they are not linear in that sense. `candidates` are the entries that may
-    be factors: held inputs."""
+    """Entries that multiply others, the rates being linear in the rest but for a constant; () where
+    they are so in all of them, None where they are not in that sense. `candidates` are the entries
+    that may be factors: held inputs."""
     try:
         if all(_is_linear(rates, size, (), 0.0, signs, _SCALES) for signs in _SIGNS):
             return ()
@@ -54,11 +54,11 @@ def _multiplies(rates: _Rates, size: int, place: int) -> bool:
 def _is_linear(
     rates: _Rates, size: int, factors: Sequence[int], value: float, signs: Sequence[float], scales: Sequence[float]
 ) -> bool:
-    """Return whether the rates are linear in the other entries, with the factors at values about the given one."""
+    """Return whether the rates are linear in the other entries but for a constant, with the factors at
+    values about the given one."""
     fixed = {place: value * (1.0 + 0.25 * number) for number, place in enumerate(factors)}
     offset = rates([fixed.get(i, 0.0) for i in range(size)])
-    if not factors and any(offset):
-        return False
+    rounding = _ROUNDING if factors else _OF_CONSTANT
 
     def at(point: Sequence[float]) -> list[float]:
         return [rate - c for rate, c in zip(rates([fixed.get(i, v) for i, v in enumerate(point)]), offset, strict=True)]
@@ -69,8 +69,8 @@ def _is_linear(
     for scale in scales:
         scaled = at([scale * v for v in point])
         if any(
-            (not factors and found != scale * rate)
-            or not abs(found - scale * rate) <= _ROUNDING * (abs(scale * rate) + c)
+            (not factors and not c and found != scale * rate)
+            or not abs(found - scale * rate) <= rounding * (abs(scale * rate) + c)
             for found, rate, c in zip(scaled, once, sizes, strict=True)
         ):
             return False

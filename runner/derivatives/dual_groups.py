@@ -297,7 +297,7 @@ class HeldAdvance(Advance):
             rows = ((*own, *more) for own, more in zip(transition, entry, strict=True))
             self._rows = [[(j, factor) for j, factor in enumerate(row) if factor] for row in rows]
         values = [getattr(moment.states[block], field) for block, field in group.states]
-        values += [moment.wires[node] for node in group.inputs]
+        values += [*(moment.wires[node] for node in group.inputs), 1.0]
         return self.stages.states([sum((factor * values[j] for j, factor in row), 0.0) for row in self._rows])
 
 

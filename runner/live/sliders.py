@@ -117,7 +117,8 @@ def _turns_the_method(graph: Graph, plan: Plan, slider: Slider) -> bool:
         other = make_plan(with_parameters(graph, {f"{slider.block}.{slider.parameter}": slider.high}))
     except ModelError:
         return True
-    return [(s.method, s.factors) for s in other.solvers] != [(s.method, s.factors) for s in plan.solvers]
+    ways = ([(s.method, s.factors, s.affine) for s in one.solvers] for one in (other, plan))
+    return next(ways) != next(ways)
 
 
 def _slider(plan: Plan, name: str, parameter: str) -> Slider:

@@ -5,39 +5,44 @@ from typing import Any
 
 from proofmass.blocks.arithmetic.modes import Matrix
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.continuous.exact_hold import hold
+from proofmass.runner.continuous.exact_hold import UNIT, hold
 from proofmass.runner.plan.stages import StageContext, Stages
 
 
 def assemble(
-    stages: Stages, constants: Mapping[str, Any], period: float, factors: Mapping[Endpoint, float] | None = None
+    stages: Stages,
+    constants: Mapping[str, Any],
+    period: float,
+    factors: Mapping[Endpoint, float] | None = None,
+    affine: bool = False,
 ) -> tuple[Matrix, Matrix]:
     """Transition and entry of a linear group; its rates for unit states and inputs are the columns of A and B.
 
     `factors` are inputs that multiply others, with their values. The column of the first factor is
     their effect at zero states and inputs, for an input of one; the columns of the other factors
-    are zero.
+    are zero. An `affine` group has a column more, of its rates there.
     """
     group, factors_at = stages.group, factors or {}
     n, m = len(group.states), len(group.inputs)
     rest = [0.0] * n + [factors_at.get(node, 0.0) for node in group.inputs]
     places = [n + group.inputs.index(node) for node in factors_at]
-    offset = rates_at(stages, constants, rest) if factors_at else [0.0] * n
+    offset = rates_at(stages, constants, rest) if factors_at or affine else [0.0] * n
+    unit = UNIT if affine else 1.0
     columns = [
         ([0.0] * n if j in places[1:] else offset)
         if j in places
-        else _less(
-            rates_at(stages, constants, [1.0 if i == j else v for i, v in enumerate(rest)]), offset, bool(factors_at)
-        )
+        else [
+            (rate - c) / unit
+            for rate, c in zip(
+                rates_at(stages, constants, [unit if i == j else v for i, v in enumerate(rest)]), offset, strict=True
+            )
+        ]
         for j in range(n + m)
     ]
+    columns += [offset] if affine else []
     rows = [list(row) for row in zip(*columns, strict=True)]
     ramps = tuple(group.inputs.index(node) for node in group.ramps)
     return hold([row[:n] for row in rows], [row[n:] for row in rows], period, ramps)
-
-
-def _less(rates: list[float], offset: list[float], held: bool) -> list[float]:
-    return [rate - c for rate, c in zip(rates, offset, strict=True)] if held else rates
 
 
 def rates_at(

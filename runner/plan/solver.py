@@ -17,9 +17,10 @@ class Solver:
     """A group with the method that integrates it.
 
     "exact" steps by matrices, x[n+1] = transition x[n] + entry (u[n], change of the ramps over the
-    tick). They change if a parameter is driven or a factor moves; u holds 1 in place of the first
-    factor. Steps of the other methods are `1/substeps` of a tick long; with a tolerance above zero
-    that is the length of the first step.
+    tick). They change if a parameter is driven or a factor moves. For what the rates are at zero u
+    holds 1 in place of the first factor, or, where they are `affine`, behind the inputs. Steps of
+    the other methods are `1/substeps` of a tick long; with a tolerance above zero that is the
+    length of the first step.
     """
 
     name: str  # in generated code
@@ -30,6 +31,7 @@ class Solver:
     precision: float  # seconds
     driven: bool
     factors: tuple[Endpoint, ...] = ()  # of "exact": inputs that multiply states and other inputs
+    affine: bool = False  # "exact" without factors, and rates that are not zero where states and inputs are
 
     @property
     def exact(self) -> bool:

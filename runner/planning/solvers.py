@@ -1,4 +1,6 @@
-"""Choice of a solver for each group of continuous blocks: exact if linear, otherwise in steps."""
+"""Choice of a solver for each group of continuous blocks: exact if its rates are linear but for a constant,
+otherwise in steps.
+"""
 
 import math
 import operator
@@ -51,6 +53,7 @@ class _Choice:
         self.start = [float(getattr(plan.starts[name], field)) for name, field in group.states]
         self.driven = any(plan.is_driven(member) for member in group.members)
         self.factors: tuple[Endpoint, ...] = ()
+        self.affine = False
 
     def solver(self, name: str) -> Solver:
         method, substeps = self._method()
@@ -58,7 +61,8 @@ class _Choice:
         precision = self.says.event_tolerance or PRECISION * self.period
         tolerance = self.says.accuracy if adaptive else 0.0
         factors = self.factors if method == "exact" else ()
-        return Solver(name, self.group, method, substeps, tolerance, precision, self.driven, factors)
+        affine = self.affine and method == "exact"
+        return Solver(name, self.group, method, substeps, tolerance, precision, self.driven, factors, affine)
 
     def _method(self) -> tuple[str, int]:
         method = self.says.method
@@ -149,7 +153,7 @@ class _Choice:
         ]
 
     def _not_linear(self) -> str:
-        """Return why the group is not linear in states and inputs for held factors, if so."""
+        """Return why the rates are not linear in states and inputs but for a constant, for held factors, if so."""
         blocks = self.plan.blocks
         nonlinear = [
             name
@@ -171,6 +175,7 @@ class _Choice:
         if factors is None:
             return f"the derivatives of {', '.join(self.group.members)} are not linear in states and inputs"
         self.factors = tuple(self.group.inputs[place - first] for place in factors)
+        self.affine = not factors and any(self._at([0.0] * size))
         return ""
 
     def _at(self, point: Sequence[float]) -> list[float]:

@@ -5,7 +5,14 @@ from typing import Any, NamedTuple, Protocol
 
 from proofmass.graphs.checks.schedule import ConstantsOf
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.continuous.exact_hold import MANY_COLUMNS, matrix_exponential, multiply, scale_rows, sum_rows
+from proofmass.runner.continuous.exact_hold import (
+    MANY_COLUMNS,
+    UNIT,
+    matrix_exponential,
+    multiply,
+    scale_rows,
+    sum_rows,
+)
 from proofmass.runner.plan.groups import state_fields
 from proofmass.runner.plan.keys import SolverNumber, variable
 from proofmass.runner.plan.planned import Plan
@@ -178,10 +185,11 @@ class GroupWriter:
 
 
 class ExactGroup(GroupWriter):
-    """A linear group, moved by matrices: x[n+1] = transition x[n] + entry (u[n], change of the ramps over the tick)."""
+    """A linear group, moved by matrices: x[n+1] = transition x[n] + entry (u[n], 1, change of the ramps over the tick)."""
 
     def begin(self) -> None:
-        self.columns = len(self.group.states) + len(self.group.inputs) + len(self.group.ramps)
+        self.own = len(self.group.states) + len(self.group.inputs) + self.solver.affine  # without those of ramps
+        self.columns = self.own + len(self.group.ramps)
         self.large = self.columns > MANY_COLUMNS and not self.solver.renewed and not self.writer.lanes
         keys = ("matrix", "grown", "square", "scale")
         squared = [self.writer.numbers.scratch(f"{self.name}_{key}", self.columns * self.columns) for key in keys]
@@ -206,7 +214,7 @@ class ExactGroup(GroupWriter):
             self._renew()
         first = self.solver.factors[:1]
         inputs = (operand(1.0) if node in first else self._input(node) for node in self.group.inputs)
-        terms = [*self.numbers(), *inputs]
+        terms = [*self.numbers(), *inputs, *[operand(1.0)] * self.solver.affine]
         for node in self.group.ramps:
             terms.append(self.builder.compute("subtract", self.writer.following[node], self._input(node)))
         self.keep(self._by_rows(terms) if self.large else self._sums(terms))
@@ -283,32 +291,45 @@ class ExactGroup(GroupWriter):
             return builder.call(rates, *leaves((at,)), 0.0, *point[:n])
 
         def rates_for(unit: int) -> Sequence[Operand]:
-            return rates_at([factor_columns.get(i, operand(float(i == unit))) for i in range(n + m)])
+            return rates_at([factor_columns.get(i, operand(self.unit if i == unit else 0.0)) for i in range(n + m)])
 
-        offset = rates_for(-1) if factor_columns else ()
+        offset = rates_for(-1) if factor_columns or self.solver.affine else ()
         if self.large:
-            self._columns(builder, arrays, rates_at)
-        for j in range(0 if self.large else n + m):
+            self._columns(builder, arrays, rates_at, offset)
+        for j in range(0 if self.large else self.own):
             if j in factor_columns and j != next(iter(factor_columns)):
                 continue
-            column: Sequence[Operand] = offset if j in factor_columns else rates_for(j)
+            constant = j in factor_columns or j == n + m
+            column = offset if constant else self._less(builder, rates_for(j), offset)
             for i, rate in enumerate(column):
-                if factor_columns and j not in factor_columns:
-                    rate = builder.compute("subtract", rate, offset[i])
                 builder.store(matrix, i * size + j, rate)
-        call(builder, scale_rows, (matrix, operand(n), operand(n + m), operand(size), period))
+        call(builder, scale_rows, (matrix, operand(n), operand(self.own), operand(size), period))
         for number, node in enumerate(self.group.ramps):
-            builder.store(matrix, (n + self.group.inputs.index(node)) * size + n + m + number, 1.0)
+            builder.store(matrix, (n + self.group.inputs.index(node)) * size + self.own + number, 1.0)
         call(builder, matrix_exponential, (matrix, operand(size), *arrays[1:], multiply))
         return builder.function()
 
-    def _columns(self, builder: Builder, arrays: Sequence[Storage], rates_at: Any) -> None:
+    @property
+    def unit(self) -> float:
+        """State or input for which rates are computed."""
+        return UNIT if self.solver.affine else 1.0
+
+    def _less(self, builder: Builder, rates: Sequence[Operand], offset: Sequence[Operand]) -> Sequence[Operand]:
+        """Return the effect of a unit state or input, without that of a constant."""
+        if offset:
+            rates = [builder.compute("subtract", rate, c) for rate, c in zip(rates, offset, strict=True)]
+        return [builder.compute("divide", rate, self.unit) for rate in rates] if self.solver.affine else rates
+
+    def _columns(self, builder: Builder, arrays: Sequence[Storage], rates_at: Any, offset: Sequence[Operand]) -> None:
         """Columns in a loop, in the scratch of the matrix exponential."""
         matrix, grown, _, _ = arrays
         n, m = len(self.group.states), len(self.group.inputs)
         with builder.counted(0, n + m, 1, "column") as column:
             with builder.counted(0, n + m, 1, "entry") as entry:
                 builder.store(grown, entry, 0.0)
-            builder.store(grown, column, 1.0)
-            for row, rate in enumerate(rates_at([builder.load(grown, i) for i in range(n + m)])):
+            builder.store(grown, column, self.unit)
+            rates = rates_at([builder.load(grown, i) for i in range(n + m)])
+            for row, rate in enumerate(self._less(builder, rates, offset)):
                 builder.store(matrix, builder.compute("add_integers", row * self.columns, column), rate)
+        for row, rate in enumerate(offset):
+            builder.store(matrix, row * self.columns + n + m, rate)

@@ -97,7 +97,8 @@ class PlainAdvance(Advance):
             held = {node: wires[node] for node in self.solver.factors}
             first = self.solver.factors[:1]
             inputs = [1.0 if node in first else value for node, value in zip(group.inputs, inputs, strict=True)]
-            x = self._by_matrices(constants, held, [*x, *inputs, *changes])
+            one = [1.0] if self.solver.affine else []
+            x = self._by_matrices(constants, held, [*x, *inputs, *one, *changes])
             self._check(DONE, x)
             return self.stages.states(x)
         guesses = [wires[node] for node in group.guesses]
@@ -142,7 +143,7 @@ class PlainAdvance(Advance):
         if self.solver.renewed or self._assembled_from is None:
             used = [constants[name] for name in self.solver.group.members] + list(factors.values())
             if used != self._assembled_from:
-                self._matrices = assemble(self.stages, constants, self.period, factors)
+                self._matrices = assemble(self.stages, constants, self.period, factors, self.solver.affine)
                 self._assembled_from = used
         return self._matrices
 
