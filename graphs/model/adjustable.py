@@ -1,6 +1,6 @@
 """Parameters and named values that may vary: their nominal numbers, and all that follows from other numbers."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from proofmass.blocks.declaration.instance import unit_of
@@ -46,6 +46,10 @@ class Adjustable:
         """Parameters that follow from numbers of parameters and values; these may be arrays if `apply` takes them."""
         every = {**values, **self.dependence.followed(values, apply)}
         return {name: value for name, value in every.items() if not self.is_value(name)}
+
+    def following(self, names: Iterable[str]) -> frozenset[str]:
+        """Return the parameters that follow from some parameters and values."""
+        return frozenset(self.settings({name: self.nominal(name) for name in names}))
 
     def moved_by(self, name: str, values: Mapping[str, float]) -> dict[str, float]:
         """Return the exact derivatives by one number of all parameters that move with it, at some numbers."""

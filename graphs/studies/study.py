@@ -194,6 +194,11 @@ class Study(Placed):
         aged = {b: self.drift[name].aged(v, self.epochs, self.seed, drifting, stream) for b, v in values.items()}
         return [aged[base][epoch] for epoch, base in enumerate(bases)]
 
+    @cached_property
+    def varying(self) -> frozenset[str]:
+        """Parameters that differ between runs, by `block.parameter` of the flat graph."""
+        return self.adjustable.following([*self.drawn(0)[0], *self.recalibration.carried])
+
     def blocks(self, values: Mapping[str, float]) -> dict[str, Block]:
         """The blocks that have these parameters and values; raises `ModelError` for a number out of bounds."""
         return changed_blocks(self.flat.blocks, self.settings(values))

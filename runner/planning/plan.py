@@ -31,11 +31,14 @@ Recordings = Mapping[str, Mapping[str, tuple[float, ...]]]
 NO_RECORDINGS: Recordings = types.MappingProxyType({})
 
 
-def plan(graph: GraphSource, *, wide: bool = False, recordings: Recordings = NO_RECORDINGS) -> Plan:
+def plan(
+    graph: GraphSource, *, wide: bool = False, recordings: Recordings = NO_RECORDINGS, free: Iterable[str] = ()
+) -> Plan:
     """Check, schedule and prepare a graph; raises `ModelError`.
 
     With `wide` fixed-point blocks may have values of more than 64 bits, which the compiled engine
-    cannot run. `recordings` are played in place of those in files, by block and buffer.
+    cannot run. `recordings` are played in place of those in files, by block and buffer. Parameters
+    that are `free`, by `"block.parameter"` of the flat graph, are those that `varied` may change.
     """
     graph = graph_from(graph)
     flat = flatten(graph)
@@ -46,7 +49,7 @@ def plan(graph: GraphSource, *, wide: bool = False, recordings: Recordings = NO_
         raise ModelError([flat.placed(problem) for problem in problems])
     filled = Filled(graph=flat, schedule=order, blocks=flat.blocks, **_numbers_of(prepared))
     as_set = {name: block.as_set for name, block in prepared.items() if block.digital is None}
-    solvers = find_solvers(filled, as_set, lambda: Outputs(filled, flat.seed).first_tick())
+    solvers = find_solvers(filled, as_set, lambda: Outputs(filled, flat.seed).first_tick(), frozenset(free))
     largest: dict[VectorOf, tuple[float, ...]] = {
         solver.largest: (0.0,) * len(solver.group.states) for solver in solvers if solver.tolerance
     }

@@ -5,6 +5,7 @@ otherwise in steps.
 import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from typing import Any
 
 from proofmass.blocks.arithmetic.modes import Matrix
@@ -12,10 +13,12 @@ from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import outputs_of
-from proofmass.graphs.model.graph import Endpoint
+from proofmass.graphs.model.changes import changed_blocks
+from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.graphs.model.integration import MOST_SUBSTEPS
 from proofmass.runner.continuous.linearity import factors_of
 from proofmass.runner.continuous.methods import EXPLICIT
+from proofmass.runner.plan.constants import constants_of
 from proofmass.runner.plan.groups import Group, find_groups
 from proofmass.runner.plan.planned import Driven, Filled
 from proofmass.runner.plan.rates import rates_at
@@ -27,13 +30,22 @@ FirstTick = Callable[[], tuple[Mapping[str, Any], Mapping[Endpoint, Any]]]  # co
 STIFF = 250  # time constants in a tick, from which on an implicit method is chosen
 MOST_FIRST = 100  # first steps of an implicit method in a tick
 PRECISION = 1e-12  # of the time of an event, in ticks
+_OTHERS = (1.0, 1e-3, 1e-6, 1e-9, -1.0, -1e-3)  # numbers for parameters that are zero as set, the first that fits
 
 
-def find_solvers(plan: Filled, constants: Mapping[str, Any], first_tick: FirstTick) -> tuple[Solver, ...]:
-    """Choose a solver for every group of a plan; `constants` are those of the parameters as set."""
+def find_solvers(
+    plan: Filled, constants: Mapping[str, Any], first_tick: FirstTick, free: AbstractSet[str] = frozenset()
+) -> tuple[Solver, ...]:
+    """Choose a solver for every group of a plan; `constants` are those of the parameters as set.
+
+    The method of a group holds for any number of the parameters that are `free` or that wires
+    drive.
+    """
     groups = find_groups(plan.graph, plan.schedule)
+    changing = free | {".".join(target) for target in plan.schedule.drivers}
     return tuple(
-        _Choice(plan, group, constants, first_tick).solver(f"group_{number}") for number, group in enumerate(groups)
+        _Choice(plan, group, constants, first_tick, changing).solver(f"group_{number}")
+        for number, group in enumerate(groups)
     )
 
 
@@ -46,8 +58,10 @@ class _Choice:
         group: Group,
         constants: Mapping[str, Any],
         first_tick: FirstTick,
+        changing: AbstractSet[str],
     ) -> None:
         self.plan, self.group, self.constants, self.first_tick = plan, group, constants, first_tick
+        self.changing = changing
         self.stages = Stages(plan.blocks, plan.schedule, group, plan.block_period)
         self.period, self.says = plan.period, plan.graph.integration
         self.start = [float(getattr(plan.starts[name], field)) for name, field in group.states]
@@ -171,15 +185,35 @@ class _Choice:
         size = len(self.group.states) + len(self.group.inputs)
         first = len(self.group.states)
         held = [first + n for n, node in enumerate(self.group.inputs) if node not in self.group.ramps]
-        factors = factors_of(self._at, size, held)
-        if factors is None:
+        at = self._rates()
+        factors = factors_of(at, size, held) if at else None
+        if at is None or factors is None:
             return f"the derivatives of {', '.join(self.group.members)} are not linear in states and inputs"
         self.factors = tuple(self.group.inputs[place - first] for place in factors)
-        self.affine = not factors and any(self._at([0.0] * size))
+        self.affine = not factors and any(at([0.0] * size))
         return ""
 
-    def _at(self, point: Sequence[float]) -> list[float]:
-        return rates_at(self.stages, self.constants, point)
+    def _rates(self) -> Callable[[Sequence[float]], list[float]] | None:
+        """Return the rates of states and inputs, parameters that may change being other than zero; None without."""
+        constants, zeros = dict(self.constants), dict[str, list[str]]()
+        for name in self.changing:
+            owner, parameter = split(name)
+            if owner in self.group.members and _is_zero(self.plan.blocks[owner], parameter):
+                zeros.setdefault(owner, []).append(name)
+        blocks = dict(self.plan.blocks)
+        for owner, names in zeros.items():
+            for value in _OTHERS:
+                try:
+                    (block,) = changed_blocks(blocks, dict.fromkeys(names, value)).values()
+                    constants[owner] = constants_of(block, block, self.plan.block_period(owner))
+                except (ModelError, ArithmeticError, ValueError):
+                    continue
+                blocks[owner] = block
+                break
+            else:
+                return None
+        stages = Stages(blocks, self.plan.schedule, self.group, self.plan.block_period)
+        return lambda point: rates_at(stages, constants, point)
 
     def _refused(self, message: str, hint: str) -> ModelError:
         first = self.group.blocks[0]
@@ -202,6 +236,13 @@ def spectral_radius(matrix: Matrix) -> float:
             power = [[math.fsum(map(operator.mul, row, column)) for column in columns] for row in scaled]
             logarithm *= 2.0
     return math.exp(logarithm / 1024.0)
+
+
+def _is_zero(block: Block, parameter: str) -> bool:
+    """Return whether a parameter, or an entry of one, is zero."""
+    whole, _, index = parameter.partition("[")
+    value = getattr(block, whole, None)
+    return (value[int(index[:-1])] if index else value) == 0.0
 
 
 def _meanings(blocks: Mapping[str, Block], name: str, port: str) -> tuple[Meaning, ...]:

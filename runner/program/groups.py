@@ -185,7 +185,7 @@ class GroupWriter:
 
 
 class ExactGroup(GroupWriter):
-    """A linear group, moved by matrices: x[n+1] = transition x[n] + entry (u[n], 1, change of the ramps over the tick)."""
+    """A linear group, moved by matrices: x[n+1] = transition x[n] + entry (u[n], 1, change of ramps over the tick)."""
 
     def begin(self) -> None:
         self.own = len(self.group.states) + len(self.group.inputs) + self.solver.affine  # without those of ramps

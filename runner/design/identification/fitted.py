@@ -206,11 +206,13 @@ def fit(
     if not wanted[1]:
         hint = 'name what was recorded: outputs={"readout.voltage": "voltage"}'
         raise Problem(message="names no output", key="outputs", hint=hint).error
-    unknowns = [*parameters_of(graph, free), *_shifts(wanted[1], offsets, delays)]
+    parameters = parameters_of(graph, free)
+    unknowns = [*parameters, *_shifts(wanted[1], offsets, delays)]
     if not unknowns and not levels:
         raise Problem(message="leaves nothing free", key="free", hint="name a parameter").error
     recordings, notes = recordings_of(data, *wanted, gaps)
-    models = [RecordingModel(graph, recording, interpolated) for recording in recordings]
+    names = [unknown.name for unknown in parameters]
+    models = [RecordingModel(graph, recording, interpolated, names) for recording in recordings]
     if any(model.between_ticks for model in models):
         notes.append("recorded times lie between ticks: straight lines between the values of the run are compared")
     with interrupts() as stop:

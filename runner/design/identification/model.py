@@ -26,15 +26,15 @@ _ON_TICK = 1e-3  # of a step, by which a time may miss a tick
 class RecordingModel:
     """Runs a graph over the inputs of one recording and gives its outputs at the recorded times."""
 
-    def __init__(self, graph: Graph, recording: RecordedStretch, interpolated: bool) -> None:
+    def __init__(self, graph: Graph, recording: RecordedStretch, interpolated: bool, free: Sequence[str]) -> None:
         self.recording = recording
         played, buffers = _with_recorded(graph, recording, interpolated)
         self.signals = sorted(recording.outputs)
         probes = tuple(Probe(signal) for signal in self.signals)
         played = played.bare(probes=probes)
-        self.plan = plan(played, recordings=buffers).without_noise
+        self._adjustable = Adjustable(flatten(played))
+        self.plan = plan(played, recordings=buffers, free=self._adjustable.following(free)).without_noise
         self.compiled = CompiledPlan(self.plan)
-        self._adjustable = Adjustable(self.plan.graph)
         self.ticks = max(1, int(recording.duration * float(self.plan.schedule.base_rate) * (1.0 + 1e-12) + 1e-6) + 1)
         self.rows = [np.zeros(p.rows(0, self.ticks), dtype=dtype_of(p.dtype)) for p in self.plan.probes]
         self._places = [

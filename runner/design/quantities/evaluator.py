@@ -13,6 +13,7 @@ import numpy as np
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
 from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.changes import changed_blocks
+from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Endpoint, Graph, split
 from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.model.quantities import (
@@ -60,8 +61,8 @@ class Evaluator:
         widths: Mapping[str, float],
         study: Study | None = None,
     ) -> None:
-        self.plan = plan(graph.changed(probes=()))
-        self._adjustable = Adjustable(self.plan.graph)
+        self._adjustable = Adjustable(flatten(graph))
+        self.plan = plan(graph.changed(probes=()), free=self._adjustable.following(widths))
         self.quantities, self.at, self.widths = quantities, at, widths
         self.loops = {q.loop: one_loop(self.plan, q.loop)[1] for q in quantities.values() if isinstance(q, LoopFigure)}
         self.measures = {name: q.measure for name, q in quantities.items() if isinstance(q, MeasureOf)}

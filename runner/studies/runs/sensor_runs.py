@@ -52,7 +52,7 @@ class SensorRuns:
         if problems:
             raise ModelError(problems)
         self.study = study
-        self.plan = plan(study.graph.changed(probes=()))
+        self.plan = plan(study.graph.changed(probes=()), free=study.varying)
         margins = margin_measures(self.plan, study.margins)
         self.own_measures = (*self.plan.measures, *margins, *planned_derived(self.plan))
         self.measures = (*self.own_measures, *change_measures(study, self.own_measures))
@@ -83,8 +83,7 @@ class SensorRuns:
         return self._margins.values(sensors) if self.study.margins else [()] * len(sensors)
 
     def _side_by_side(self) -> SideBySide:
-        names = self.study.settings({**self.study.drawn(0)[0], **self._unset})
-        return SideBySide(self.plan, self.study.seed, self.ticks, self.lanes, names)
+        return SideBySide(self.plan, self.study.seed, self.ticks, self.lanes, sorted(self.study.varying))
 
     @cached_property
     def _unset(self) -> dict[str, float]:

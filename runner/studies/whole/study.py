@@ -157,7 +157,7 @@ def replay(study: Study | str | Path, run: int, epoch: int = 0, engine: EngineNa
     values = study.drawn(run)[epoch]
     if any(study.calibrated(run)[:epoch]):
         values = SensorRuns(study, engine).parameters(run, epoch)
-    planned = varied(plan(study.graph), study.blocks(values))
+    planned = varied(plan(study.graph, free=study.varying), study.blocks(values))
     graph = with_parameters(study.graph, values)
     number = noise_run(study, run, epoch)
     result = simulate_plan(planned, graph, RunOptions(seed=study.seed, engine=engine, noise=number, began=began))
