@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 
 _Rates = Callable[[Sequence[float]], list[float]]  # of states and inputs, one behind the other
 
-_SCALES = (1.0, -1.0, 2.0, 2.0**-60, 2.0**60, 2.0**-200, 2.0**200)
+_SCALES = (1.0, -1.0, 2.0, 2.0**-13, 2.0**-26, 2.0**-39, 2.0**-60, 2.0**60, 2.0**-200, 2.0**200)
 _NEAR_SCALES = (-1.0, 2.0, 2.0**-10, 2.0**10)  # for functions that subtract a constant, which leaves rounding
 _SIGNS = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0, 1.0))
 _FACTORS = (0.625, -1.75, 3.0)

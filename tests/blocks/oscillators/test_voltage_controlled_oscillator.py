@@ -35,9 +35,9 @@ def test_its_frequency_follows_a_voltage_that_rises_exponentially() -> None:
     result = simulate(graph, samples=500, engine="python")
     t, w = np.arange(500) * 1e-4, 200.0 * math.pi
     phase = 0.4 + 2.0 * math.pi * (500.0 * t + 600.0 * (t - (1.0 - np.exp(-w * t)) / w))
-    assert result["vco.phase"].values == pytest.approx(phase, rel=1e-7)
-    assert result["vco.sine"].values == pytest.approx(1.5 * np.sin(phase), abs=1e-5)
-    assert result["vco.cosine"].values == pytest.approx(1.5 * np.cos(phase), abs=1e-5)
+    assert result["vco.phase"].values == pytest.approx(phase, rel=1e-13)
+    assert result["vco.sine"].values == pytest.approx(1.5 * np.sin(phase), abs=1e-11)
+    assert result["vco.cosine"].values == pytest.approx(1.5 * np.cos(phase), abs=1e-11)
 
 
 def test_it_breaks_a_loop() -> None:

@@ -17,7 +17,14 @@ ALL = (0, 1, 2)
     [
         (lambda z: [2.0 * z[0] - z[1], 0.5 * z[2]], ALL, ()),
         (lambda z: [0.0, 0.0], ALL, ()),
-        (lambda z: [z[0] + 1.0, z[1]], (), None),  # an offset, and nothing that may hold it
+        (lambda z: [z[0] + 1.0, z[1]], (), ()),  # a constant beside
+        (lambda z: [3.0, z[1] - 2.0], ALL, ()),
+        (lambda z: [z[0] * z[2] + 1.0, z[1]], (2,), (2,)),
+        (lambda z: [z[0] * z[2] + 1.0, z[1]], (), None),
+        (lambda z: [z[0] * z[0] + 1.0, z[1]], ALL, None),
+        (lambda z: [min(z[0], 1e50) + 1.0, z[1]], ALL, None),  # a limit far away, beside a constant
+        (lambda z: [(z[0] if abs(z[0]) > 1e-9 else 0.0) + 1.0, z[1]], ALL, None),  # a small dead zone
+        (lambda z: [z[0] + (z[1] if z[0] * z[1] > 0.0 else 0.0) + 1.0, 0.0], (), None),
         (lambda z: [z[0] * z[2], z[1]], (2,), (2,)),
         (lambda z: [z[0] * z[2], z[1]], (), None),
         (lambda z: [z[0] * z[2], z[1]], (0, 1), (0,)),
