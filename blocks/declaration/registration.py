@@ -53,7 +53,8 @@ class Registration(Facts):
     def derivative(cls, *, linear: bool) -> Callable[[_Function], _Function]:
         """Register `derivative(c, x, inputs...) -> State`: the block is continuous and the runner integrates it.
 
-        Only fields of type float are integrated; the others are modes, which events change.
+        Where it is `linear` in state and inputs, but for a constant, the step is exact. Only fields of
+        type float are integrated; the others are modes, which events change.
         """
 
         def register(function: _Function) -> _Function:

@@ -1,9 +1,9 @@
 """Voltage-controlled oscillator: turns' = frequency + gain control; sine = amplitude sin(2 pi turns); continuous.
 
-A NumericallyControlledOscillator does the same at ticks. The whole turns are counted apart in each
-tick, so that a step rounds by at most 2^-53 of the turns in a tick, or of one: after k steps sine
-and cosine are off by 2 pi k 2^-53 rad at most, however many turns there were, and by what the
-integration of a control that moves is off.
+A NumericallyControlledOscillator does the same at ticks. The turns of a tick are exact where the
+control is held, or comes from linear blocks; else they have the accuracy of the integration. The
+whole turns are counted apart in each tick, which rounds by some 2^-53 of the turns in it, or of
+one: after k ticks sine and cosine are off by about 2 pi k 2^-53 rad, however many turns there were.
 """
 
 import math

@@ -5,6 +5,7 @@ With wn and damping z the noise bandwidth of the loop is wn (z + 1 / (4 z)) / 2 
 """
 
 import math
+from typing import Any
 
 import pytest
 
@@ -15,15 +16,19 @@ from proofmass.blocks import (
     NumericallyControlledOscillator,
     PhaseMixer,
     Sum,
+    VoltageControlledOscillator,
     WhiteNoise,
 )
+from proofmass.blocks.declaration.declare import Block
+from proofmass.runner.planning.plan import plan
+from proofmass.runner.targets.native_slopes import has_slopes
 
 RATE, CARRIER, NATURAL = 200e3, 20e3, 100.0
 DAMPING = 0.5 * math.sqrt(2.0)
 BANDWIDTH = math.pi * NATURAL * (DAMPING + 0.25 / DAMPING)  # Hz, one-sided
 
 
-def locked(signal: float, frequency: float) -> Graph:
+def locked(signal: float, frequency: float, oscillator: Block | None = None, **integration: Any) -> Graph:
     """An oscillator that follows another one, with noise in the signal or in the frequency."""
     return Graph(
         name="",
@@ -35,7 +40,7 @@ def locked(signal: float, frequency: float) -> Graph:
             "signal": Sum(),
             "detector": PhaseMixer(),
             "filter": LoopFilter(natural_frequency=NATURAL, damping=DAMPING),
-            "oscillator": NumericallyControlledOscillator(frequency=CARRIER + 10.0),
+            "oscillator": oscillator or NumericallyControlledOscillator(frequency=CARRIER + 10.0),
         },
         wires=[
             "moving.output -> reference.control",
@@ -47,6 +52,7 @@ def locked(signal: float, frequency: float) -> Graph:
             "filter.control -> oscillator.control",
         ],
         probes=["oscillator.phase"],
+        integration=integration,
     )
 
 
@@ -63,6 +69,26 @@ def test_noise_in_the_frequency_is_followed(at: str) -> None:
     """The control has the density of the other oscillator's frequency, up to the bandwidth."""
     budget = noise(locked(1e-12, 0.1), "filter.control", band=(1.0, 15e3), at=at)
     assert budget.rms == pytest.approx(0.1 * math.sqrt(BANDWIDTH), rel=0.02)
+
+
+ANALOG = VoltageControlledOscillator(frequency=CARRIER + 10.0, gain=1.0, control_unit="Hz", unit="1")
+
+
+STEPPED = locked(1e-6, 1e-9, ANALOG, method="dormand_prince", accuracy=1e-12)
+
+
+def test_slopes_of_an_analog_oscillator_are_in_machine_code() -> None:
+    assert has_slopes(plan(locked(1e-6, 1e-9, ANALOG)))
+    assert not has_slopes(plan(STEPPED))
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("other", [STEPPED, locked(1e-6, 1e-9)], ids=["stepped", "digital"])
+def test_noise_of_an_analog_oscillator_that_is_held_exactly(other: Graph) -> None:
+    """It is that of slopes along steps, and that of the loop with a digital oscillator."""
+    options = {"band": (1.0, 20e3), "at": "periodic"}
+    found, expected = (noise(g, "filter.control", **options).rms for g in (locked(1e-6, 1e-9, ANALOG), other))
+    assert found == pytest.approx(expected, rel=1e-8)
 
 
 @pytest.mark.defect("S30", before="a ValueError of NumPy", after="the budget")
