@@ -241,8 +241,8 @@ def spectral_radius(matrix: Matrix) -> float:
 def _is_zero(block: Block, parameter: str) -> bool:
     """Return whether a parameter, or an entry of one, is zero."""
     whole, _, index = parameter.partition("[")
-    value = getattr(block, whole, None)
-    return (value[int(index[:-1])] if index else value) == 0.0
+    value: Any = getattr(block, whole, None)
+    return bool((value[int(index[:-1])] if index else value) == 0.0)
 
 
 def _meanings(blocks: Mapping[str, Block], name: str, port: str) -> tuple[Meaning, ...]:
