@@ -212,7 +212,7 @@ class _Choice:
                 break
             else:
                 return None
-        stages = Stages(blocks, self.plan.schedule, self.group, self.plan.block_period)
+        stages = Stages(blocks, self.plan.schedule, self.group, self.plan.block_period) if zeros else self.stages
         return lambda point: rates_at(stages, constants, point)
 
     def _refused(self, message: str, hint: str) -> ModelError:
