@@ -1,5 +1,6 @@
 """Polynomials of coordinates in balls, against exact fractions and functions of mpmath at random places."""
 
+import itertools
 import math
 import random
 from collections.abc import Callable
@@ -11,6 +12,8 @@ import mpmath
 import numpy as np
 import pytest
 import scipy.linalg
+from hypothesis import given
+from hypothesis import strategies as st
 
 from proofmass.runner.derivatives.ball import Ball, UndecidedError, ball
 from proofmass.runner.derivatives.dual import SIGNALS, dual, slopes_of
@@ -136,6 +139,31 @@ def test_matrices_multiply_as_numbers_do() -> None:
     beyond = left @ last
     assert beyond.radius[0] == pytest.approx([2.0, 3.0])  # |d_0 d_1^6| is at most 1
     assert beyond.radius[0].min() >= 2.0
+
+
+@given(st.lists(st.floats(-1e3, 1e3), min_size=6, max_size=6), st.floats(0.0, 1.0))
+def test_a_range_holds_all_values(coefficients: list[float], radius: float) -> None:
+    """A square is never negative: 1 + d^2 lies between 1 and 2."""
+    of = monomials([[0, 0], [0, 1], [1, 0], [0, 2], [1, 1], [2, 2]])
+    low, high = PolynomialBall(TaylorModel(of, np.array(coefficients), radius)).ends()
+    for d in itertools.product((-1.0, -0.375, 0.0, 0.5, 1.0), repeat=2):
+        terms = (c * d[0] ** i * d[1] ** j for c, (i, j) in zip(coefficients, of.exponents.tolist(), strict=True))
+        value = math.fsum(terms)
+        assert low <= value - radius
+        assert value + radius <= high
+    square = PolynomialBall(TaylorModel(monomials([[0], [2]]), np.array([1.0, 1.0]), 0.0))
+    assert square.ends() == pytest.approx((1.0, 2.0), rel=1e-8)
+
+
+def test_sums_have_the_terms_of_both() -> None:
+    """Also of coordinates that one of them does not know, in their order."""
+    one, other = TaylorModel(monomials([[0], [2]]), np.array([1.0, 3.0]), 0.25), Y.model
+    total = one + other
+    assert total.of.exponents.tolist() == [[0, 0], [0, 1], [2, 0]]
+    assert total.coefficients.tolist() == [1.0 + other.coefficients[0], other.coefficients[1], 3.0]
+    assert total.radius == pytest.approx(0.25, rel=1e-11)
+    assert total.radius >= 0.25
+    assert (total - one).pruned.of is other.of
 
 
 def test_what_has_no_bounds_is_refused() -> None:
