@@ -66,7 +66,7 @@ def _root_of_poles(poles: Family, given: Array | None) -> Array | None:
 
 def _first(rest: Family) -> Norm:
     """Return a norm in which I - R M is short, and what is unknown of it."""
-    sizes = np.abs(rest.centre) + np.abs(rest.moves()).sum(axis=0)
+    sizes = np.abs(rest.centre) + np.abs(rest.moves()).sum(axis=0) + sum(rest.shares.values())
     norms = [Norm(np.eye(len(sizes)), rest)]
     for noise in _NOISE:
         try:

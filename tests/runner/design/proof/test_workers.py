@@ -169,7 +169,7 @@ from proofmass import prove
 at, here = BoxLook.at, os.getpid()
 def slow(look, box, start):
     if os.getpid() != here:
-        print(os.getpid(), flush=True)
+        os.write(1, f"{os.getpid()}\\n".encode())  # in one piece
         time.sleep(0.2)
     return at(look, box, start)
 BoxLook.at, search.WORTH_SECONDS = slow, -1.0
