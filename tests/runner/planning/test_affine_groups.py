@@ -25,13 +25,11 @@ from proofmass.blocks import (
     VoltageControlledOscillator,
 )
 from proofmass.runner.continuous.exact_hold import MANY_COLUMNS
-from proofmass.runner.plan.keys import StateField
 from proofmass.runner.plan.rates import assemble
 from proofmass.runner.plan.stages import Stages
 from proofmass.runner.planning.plan import plan, varied
-from proofmass.runner.reference.interpret import Interpreter
 from proofmass.runner.run.engine_table import EngineName
-from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
+from tests.by_hand.lanes_alone import assert_lanes_are_runs
 
 ENGINES: list[EngineName] = ["python", "compiled"]
 
@@ -363,11 +361,4 @@ def test_lanes_have_the_bits_of_each_run_alone() -> None:
     planned = plan(graph.changed(probes=()), free=["vco.frequency"])
     given = {("vco", "frequency"): np.array(frequencies)}
     plans = [varied(planned, {"vco": VoltageControlledOscillator(frequency=f)}) for f in frequencies]
-    lanes = Lanes(CompiledLanes(planned, set(given), 4), 7, range(4), given, plans)
-    lanes.advance(90)
-    for number, one in enumerate(plans):
-        run = Interpreter(one, 7, number)
-        run.advance(90, ())
-        state = run.memory().states["vco"]
-        found = [lanes.value(StateField("vco", field))[number].item() for field in state._fields]
-        assert list(map(repr, found)) == list(map(repr, state))
+    assert_lanes_are_runs(planned, given, plans, "vco")

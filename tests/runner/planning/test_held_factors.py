@@ -22,13 +22,11 @@ from proofmass.blocks import (
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.continuous.linearity import factors_of
-from proofmass.runner.plan.keys import StateField
 from proofmass.runner.planning.plan import plan, varied
-from proofmass.runner.reference.interpret import Interpreter
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import simulate
-from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
+from tests.by_hand.lanes_alone import assert_lanes_are_runs
 
 ENGINES: list[EngineName] = ["python", "compiled"]
 MASS = 50e-9
@@ -161,11 +159,4 @@ def test_lanes_have_the_bits_of_each_run_alone() -> None:
     planned = plan(replace(gyroscope(), probes=()))
     given = {("drive", "mass"): np.array(masses)}
     plans = [varied(planned, {"drive": MassSpringDamper(mass=mass, **DRIVE)}) for mass in masses]
-    lanes = Lanes(CompiledLanes(planned, set(given), 4), 7, range(4), given, plans)
-    lanes.advance(90)
-    for number, alone in enumerate(plans):
-        run = Interpreter(alone, 7, number)
-        run.advance(90, ())
-        state = run.memory().states["sense"]
-        found = [lanes.value(StateField("sense", field))[number].item() for field in state._fields]
-        assert list(map(repr, found)) == list(map(repr, state))
+    assert_lanes_are_runs(planned, given, plans, "sense")
