@@ -123,6 +123,9 @@ def _matrix(text: str, name: str) -> list[float]:
     body = [line.split() for line in lines[1:] if line.strip() and not line.startswith("%")]
     sizes, entries = _sizes(body[0] if body else (), 2 if layout == "array" else 3, name), body[1:]
     height, width = sizes[0], sizes[1]
+    if symmetry == "symmetric" and height != width:
+        hint = "write the whole matrix, and general in row 1"
+        raise Refusal(f"{name} has {height} rows and {width} columns and is said to be symmetric", hint)
     try:
         places = _places(height, width, symmetry) if layout == "array" else [_place(words) for words in entries]
         values = [float(words[-1]) for words in entries]

@@ -143,6 +143,16 @@ def test_a_matrix_has_the_sizes_of_its_layout(tmp_path: Path, rest: str) -> None
         read_graph(path)
 
 
+@pytest.mark.defect("S858", before="entries beyond the square stood in places of others", after="refused")
+@pytest.mark.parametrize(
+    "rest", ["array real symmetric\n3 2\n1\n2\n3\n4\n5\n", "coordinate real symmetric\n2 3 1\n1 3 5\n"]
+)
+def test_a_symmetric_matrix_is_square(tmp_path: Path, rest: str) -> None:
+    path = written(tmp_path, curve('{ file = "curve.csv" }'), curve_csv=f"%%MatrixMarket matrix {rest}")
+    with pytest.raises(ModelError, match="is said to be symmetric"):
+        read_graph(path)
+
+
 def test_a_file_that_may_not_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path, opened = written(tmp_path, curve('{ file = "curve.csv" }'), curve_csv="1,2\n"), Path.open
 
