@@ -20,11 +20,11 @@ class Shape:
     inputs: Mapping[str, int]
     outputs: Mapping[str, int]
     driven: Mapping[str, int]
-    label: int = 0  # room beside the outputs
-    exit: bool = False  # whether a probe or an export reads an output
-    noise: bool = False
-    entry: int = 0  # room beside the inputs
-    tabbed: frozenset[str] = frozenset()  # driven parameters with a tab instead of a wire
+    label: int  # room beside the outputs
+    exit: bool  # whether a probe or an export reads an output
+    noise: bool
+    entry: int  # room beside the inputs
+    tabbed: frozenset[str]  # driven parameters with a tab instead of a wire
 
     def row(self, parameter: str) -> int:
         """Return how far below the top of the block the wire of a driven parameter arrives."""

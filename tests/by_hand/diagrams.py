@@ -121,6 +121,25 @@ def _points(piece: str) -> list[tuple[float, float]]:
     return list(zip(numbers[::2], numbers[1::2], strict=True))
 
 
+def box_of(path: str) -> Box:
+    """The smallest box around a path of straight lines."""
+    x = y = 0.0
+    points = list[tuple[float, float]]()
+    for command, rest in re.findall(r"([MHhVvlLZ])([^MHhVvlLZ]*)", path):
+        numbers = [float(number) for number in re.findall(r"-?[\d.]+", rest)]
+        if command in "ML":
+            x, y = numbers
+        elif command == "l":
+            x, y = x + numbers[0], y + numbers[1]
+        elif command in "Hh":
+            x = numbers[0] + (x if command == "h" else 0)
+        elif command in "Vv":
+            y = numbers[0] + (y if command == "v" else 0)
+        points.append((x, y))
+    across, down = zip(*points, strict=True)
+    return min(across), min(down), max(across), max(down)
+
+
 def edges(graph: Graph) -> dict[str, Box]:
     """Boxes of what wires end at: symbols are smaller than the place of their blocks."""
     found: dict[str, Box] = {}

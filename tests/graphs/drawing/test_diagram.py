@@ -193,6 +193,11 @@ def test_a_long_chain_and_a_long_loop_are_drawn() -> None:
     assert len(drawn(loop)[1]) == 1500
 
 
+def test_what_nothing_joins_stands_side_by_side() -> None:
+    boxes, _ = drawn(Graph(name="", rate=1, blocks={**chain(3).blocks, "wide": Sum()}))
+    assert max(top for _, top, _, _ in boxes.values()) < min(bottom for *_, bottom in boxes.values())
+
+
 @pytest.mark.exhaustive(but=35)
 @pytest.mark.exhaustive("quartz_recalibration.toml")
 @pytest.mark.parametrize("name", RUNNABLE)

@@ -11,11 +11,12 @@ from proofmass.blocks import Constant, Gain, MeasurementSlots, Sum, TwoPositionC
 from proofmass.graphs.drawing import eased
 from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.drawing.diagram_data import diagram_data
+from proofmass.graphs.drawing.tabs import tab_of_wire
 from proofmass.graphs.drawing.texts import width_of
 from proofmass.graphs.files.library import library_files
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
-from tests.by_hand.diagrams import SVG, Box, Segment, chain, drawn, random_graph, within
+from tests.by_hand.diagrams import SVG, Box, Segment, box_of, chain, drawn, random_graph, within
 
 LARGE = {
     "quartz_recalibration": lambda: read_graph("library:quartz_recalibration"),
@@ -60,27 +61,8 @@ def tabs(graph: Graph) -> dict[Box, str]:
             parts = list(group)
             for outline, label in pairwise(parts):
                 if outline.get("class") == "label":
-                    found[_box(outline.attrib["d"])] = str(label.text)
+                    found[box_of(outline.attrib["d"])] = str(label.text)
     return found
-
-
-def _box(path: str) -> Box:
-    """The smallest box around a path of straight lines."""
-    x = y = 0.0
-    points = list[tuple[float, float]]()
-    for command, rest in re.findall(r"([MHhVvlLZ])([^MHhVvlLZ]*)", path):
-        numbers = [float(number) for number in re.findall(r"-?[\d.]+", rest)]
-        if command in "ML":
-            x, y = numbers
-        elif command == "l":
-            x, y = x + numbers[0], y + numbers[1]
-        elif command in "Hh":
-            x = numbers[0] + (x if command == "h" else 0)
-        elif command in "Vv":
-            y = numbers[0] + (y if command == "v" else 0)
-        points.append((x, y))
-    across, down = zip(*points, strict=True)
-    return min(across), min(down), max(across), max(down)
 
 
 def crossings(wires: dict[str, list[Segment]]) -> int:
@@ -173,17 +155,31 @@ def test_parallel_wires_run_as_one_and_part_at_their_ports(wires: int) -> None:
     signals = [f"slots.{output}" for output in ("measure", "read", "finished")[:wires]]
     assert sorted(bundle.attrib["data-signals"].split()) == sorted(signals)
     assert str(bundle[0].text).startswith(f"{wires} wires\n")
-    assert next(one.text for one in bundle if one.tag == f"{SVG}text") == str(wires)
+    (count,) = (one for one in bundle if one.tag == f"{SVG}text")
+    assert count.text == str(wires)
     _, paths = drawn(graph)
     own = [
         paths[f"{signal} → sum.{port}"] for signal, port in zip(signals, ("second", "third", "fourth"), strict=False)
     ]
+    assert all(a == to or b == down for segments in own for (a, b), (to, down) in segments)
+    assert all(segments[0][0][0] < float(count.attrib["x"]) < segments[-1][1][0] for segments in own)
     assert len({segments[0][0] for segments in own}) == wires
     assert len({segments[-1][1] for segments in own}) == wires
     shared = set.intersection(*(set(segments) for segments in own))
     assert sum(abs(b[0] - a[0]) + abs(b[1] - a[1]) for a, b in shared) > 0.8 * min(
         sum(abs(b[0] - a[0]) + abs(b[1] - a[1]) for a, b in segments) for segments in own
     )
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_the_name_of_a_wire_stands_within_its_tab(mirrored: bool) -> None:
+    wide = width_of("torque", 10)
+    tab = tab_of_wire("torque", (100.0, 40.0), wide + 20, mirrored, "")
+    outline, label = ElementTree.fromstring(f"<g>{tab}</g>")
+    left, _, right, _ = box_of(outline.attrib["d"])
+    assert (left if mirrored else right) == 100.0
+    assert left < float(label.attrib["x"]) - wide / 2
+    assert float(label.attrib["x"]) + wide / 2 < right
 
 
 def test_wires_that_lead_elsewhere_or_stand_alone_are_in_no_bundle() -> None:
@@ -200,12 +196,12 @@ def test_no_word_and_no_flag_stands_on_a_tab(name: str) -> None:
     graph = read_graph(f"library:{name}")
     root = ElementTree.fromstring(svg(graph, subgraph_paths(graph), "formats"))
     layer = next(group for group in root if "translate" in group.get("transform", ""))
-    outlines = [_box(one.attrib["d"]) for group in layer for one in group if one.get("class") == "label"]
+    outlines = [box_of(one.attrib["d"]) for group in layer for one in group if one.get("class") == "label"]
     assert len(outlines) > 5
     for block in (group for group in layer if "data-block" in group.attrib):
         for mark in block:
             if mark.get("class") == "probe":
-                box = _box(mark.attrib["d"].replace("m0 0", ""))
+                box = box_of(mark.attrib["d"].replace("m0 0", ""))
                 assert not any(_meet(box, outline) for outline in outlines), mark.attrib
             if mark.tag == f"{SVG}text" and "formats" in mark.get("class", ""):
                 wide = width_of(str(mark.text), 10) * (-1 if mark.get("text-anchor") == "end" else 1)

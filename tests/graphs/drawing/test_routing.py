@@ -1,7 +1,7 @@
 """Wires between layers and rows: no two share a line, also where many or those in a circle meet."""
 
 import random
-from itertools import combinations
+from itertools import combinations, permutations
 from typing import NamedTuple
 
 import pytest
@@ -38,6 +38,30 @@ def test_no_two_wires_of_a_gap_share_a_line(seed: int, count: int) -> None:
     tracks, bars = channel(dealt(seed, count))
     assert shared(bars) == []
     assert tracks == 1 + max(bar.track for of_net in bars.values() for bar in of_net)
+
+
+def crossed(bars: list[tuple[int, Bar]]) -> int:
+    """Return how often level pieces of wires cross bars of others: to the right of their own, and to the left of it."""
+    return sum(
+        other.low < y < other.high
+        for net, bar in bars
+        for of, other in bars
+        if net != of and bar.track != other.track
+        for y in (bar.right if bar.track < other.track else bar.left)
+    )
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_bars_stand_where_the_fewest_wires_cross(seed: int) -> None:
+    """No order of all the bars has fewer crossings, where every order is allowed."""
+    nets = {net: (left, [right[0] + GRID // 2]) for net, (left, right) in dealt(seed, 5).items()}
+    bars = [(net, bar) for net, of_net in channel(nets)[1].items() for bar in of_net]
+    found, every = crossed(bars), list[int]()
+    for tracks in permutations(range(len(bars))):
+        for (_, bar), track in zip(bars, tracks, strict=True):
+            bar.track = track
+        every.append(crossed(bars))
+    assert found == min(every)
 
 
 class Row(NamedTuple):

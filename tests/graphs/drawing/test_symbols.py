@@ -21,7 +21,7 @@ from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.files.library import library_files
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
-from tests.by_hand.diagrams import GRAPHS, SVG, accelerometer, drawn, edges, straight, words_of
+from tests.by_hand.diagrams import GRAPHS, SVG, accelerometer, box_of, drawn, edges, straight, words_of
 
 
 def test_marks_of_probes_units_rates_driven_parameters_and_continuous_blocks() -> None:
@@ -145,6 +145,19 @@ def test_a_subgraph_says_its_file_and_unfolds_in_its_place() -> None:
             assert float(frame.attrib["x"]) < float(rect.attrib["x"]) + x
             assert float(rect.attrib["x"]) + float(rect.attrib["width"]) + x < right
             assert float(rect.attrib["y"]) + float(rect.attrib["height"]) + y < bottom
+
+
+def test_words_of_a_legend_stand_beside_their_marks() -> None:
+    marks = [group for group in ElementTree.fromstring(svg(accelerometer())).iter(f"{SVG}g") if len(group) == 2]
+    marks = [mark for mark in marks if mark.get("transform") and mark[1].tag == f"{SVG}text"]
+    assert len(marks) == 3 + 2 + 1 + 2
+    for mark, words in marks:
+        drawn_as = mark.attrib["d"] if "d" in mark.attrib else "".join(map(_outline, mark))
+        assert 0.0 < float(words.attrib["x"]) - box_of(drawn_as)[2] <= 12.0, words.text
+
+
+def _outline(part: ElementTree.Element) -> str:
+    return part.get("d") or f"M0 0H{part.attrib['width']}"
 
 
 def test_overlays_colour_rates_loops_and_formats() -> None:
