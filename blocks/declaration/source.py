@@ -76,11 +76,11 @@ def _alone(text: str, code: types.CodeType) -> Definition | None:
         module_code = compile(own, code.co_filename, "exec", code.co_flags & _FUTURES, dont_inherit=True)
     except SyntaxError:
         return None
-    body = top[0].body if indent and len(top) == 1 and isinstance(top[0], ast.If) else top
     own_code = next((each for each in _codes(module_code) if each.co_name == code.co_name), None)
-    if len(body) != 1 or not isinstance(body[0], ast.FunctionDef) or own_code is None or not _same(own_code, code):
-        return None
-    return body[0], own_code
+    match top:
+        case [ast.FunctionDef() as function] | [ast.If(body=[ast.FunctionDef() as function])]:
+            return (function, own_code) if own_code is not None and _same(own_code, code) else None
+    return None
 
 
 @lru_cache(maxsize=64)

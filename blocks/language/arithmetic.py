@@ -67,7 +67,7 @@ def shift_left_fails(a: int, b: int) -> bool:
     """Return whether the shift is negative, or the result exceeds 64 bits."""
     if b < 0 or a == 0:
         return b < 0
-    return b > 63 or (a > HIGHEST >> b if a > 0 else a < LOWEST >> b)
+    return b > 63 or not LOWEST >> b <= a <= HIGHEST >> b
 
 
 def shift_right(a: int, b: int) -> int:

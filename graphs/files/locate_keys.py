@@ -191,7 +191,7 @@ class _Locator:
 
 def _unquoted(text: str) -> str:
     """The name that a quoted key stands for."""
-    if "\\" in text and text[0] == '"' and len(text) <= 10 * KEY_LENGTH + 2:
+    if "\\" in text:
         try:
             return str(tomllib.loads(f"key = {text}")["key"])
         except ValueError:

@@ -105,7 +105,7 @@ def _matrices(system: Any, dt: Any, rate: Rate | None, units: tuple[str, str]) -
         hint = "take a StateSpace or a TransferFunction; linearise one that is not linear first"
         raise _refusal("is not a linear system", hint, type(system).__name__) from None
     names: dict[str, Any] = dict(zip(("input_unit", "output_unit"), units, strict=True))
-    (outputs, inputs), order = d.shape, a.shape[0] if a.size else 0
+    (outputs, inputs), order = d.shape, a.shape[1]
     parts: dict[str, Any] = {"transition": _row(a), "entry": _row(b), "readout": _row(c)}
     single = inputs == outputs == 1
     _check_rate(dt, rate)

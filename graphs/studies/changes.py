@@ -22,8 +22,8 @@ class Change(NamedTuple):
     """The change of a measure since an age in seconds, or since the last calibration (None)."""
 
     measure: str
-    since: float | None = 0.0
-    relative: bool = False
+    since: float | None
+    relative: bool
 
     @property
     def since_calibration(self) -> bool:

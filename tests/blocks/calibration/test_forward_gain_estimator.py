@@ -41,6 +41,13 @@ def test_exact_on_a_line_and_blind_to_its_offset() -> None:
     assert [n for n, row in enumerate(rows) if row["estimated"]] == [44]
 
 
+def test_far_from_zero_no_digits_are_lost() -> None:
+    row = drive(
+        ForwardGainEstimator(), [*sweep([1e15 + n for n in range(11)], [-1e15 + 3.0 * n for n in range(11)]), *IDLE]
+    )
+    assert row[-1]["slope"] == 3.0
+
+
 def test_a_reference_of_its_own() -> None:
     rows = drive(ForwardGainEstimator(reference=2.0), [*sweep([0.0, 1.0], [0.0, 3.0]), *IDLE])
     assert (rows[4]["slope"], rows[4]["deviation"], rows[4]["estimated"]) == (3.0, 0.5, True)

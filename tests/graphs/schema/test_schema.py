@@ -2,6 +2,8 @@
 
 import json
 import tomllib
+from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +33,23 @@ def valid(text: str) -> bool:
 @pytest.mark.parametrize("schema", [SCHEMA, STUDY_SCHEMA], ids=["graph", "study"])
 def test_it_is_a_schema(schema: dict[str, Any]) -> None:
     jsonschema.Draft202012Validator.check_schema(schema)
+
+
+def defaults(schema: Any) -> Iterator[dict[str, Any]]:
+    """Yield every plain form of a schema that has a default."""
+    if isinstance(schema, dict):
+        if "default" in schema and "type" in schema:
+            yield schema
+        yield from chain.from_iterable(map(defaults, schema.values()))
+    elif isinstance(schema, list):
+        yield from chain.from_iterable(map(defaults, schema))
+
+
+@pytest.mark.parametrize("schema", [SCHEMA, STUDY_SCHEMA], ids=["graph", "study"])
+def test_defaults_have_their_form(schema: dict[str, Any]) -> None:
+    forms = [*defaults(schema)]
+    assert forms
+    assert [form for form in forms if not jsonschema.Draft202012Validator(form).is_valid(form["default"])] == []
 
 
 def test_the_schemas_are_small() -> None:

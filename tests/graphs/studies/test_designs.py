@@ -8,7 +8,7 @@ from scipy import stats
 from scipy.stats import qmc
 
 from proofmass.blocks.arithmetic.counter_random import uniform_deviate
-from proofmass.graphs.studies.designs import Design, permuted, stream_of
+from proofmass.graphs.studies.designs import DESIGNS, Design, permuted, stream_of
 
 NAMES = ("adc.gain", "adc.offset", "source.value")
 Table = np.ndarray[tuple[int, int], np.dtype[np.float64]]
@@ -17,6 +17,12 @@ Table = np.ndarray[tuple[int, int], np.dtype[np.float64]]
 def table(kind: str, sensors: int, seed: int = 5) -> Table:
     design = Design(kind, NAMES, sensors, seed)
     return np.array([[design.deviate(sensor, name) for name in NAMES] for sensor in range(sensors)])
+
+
+@pytest.mark.parametrize("kind", DESIGNS)
+def test_a_seed_counts_with_all_its_bits(kind: str) -> None:
+    places = (np.floor(64.0 * table(kind, 64, seed)) for seed in (5, 4, 5 + (1 << 32), 5 + (1 << 61)))
+    assert len({place.tobytes() for place in places}) == 4
 
 
 def test_random_deviates_are_those_of_the_counter() -> None:

@@ -25,9 +25,9 @@ from tests.by_hand.study_results import measure
 AGES = (0.0, YEAR, 2.0 * YEAR, 3.0 * YEAR)
 FACTS = {"seed": "1"}
 CHANGES = {
-    "new": Change("bias"),
+    "new": Change("bias", 0.0, relative=False),
     "part": Change("bias", YEAR, relative=True),
-    "calibrated": Change("noise", None),
+    "calibrated": Change("noise", None, relative=False),
 }
 STUDY: Any = SimpleNamespace(changes=CHANGES, epochs=AGES)
 
