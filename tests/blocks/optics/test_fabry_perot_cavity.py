@@ -26,7 +26,7 @@ def bounces(front: float, back: float, length: float, frequency: float) -> compl
     return complex(-r1 + (1.0 - front) * later)
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive(but=2)
 @pytest.mark.derivation(
     FabryPerotCavity,
     equation="amplitudes at W of |F E|^2, E = sqrt(P) e^(j depth sin(W t))",
@@ -34,21 +34,21 @@ def bounces(front: float, back: float, length: float, frequency: float) -> compl
     convention="detuning in Hz, not in widths; depth is a peak; the error is a peak, reflected a mean",
 )
 @pytest.mark.parametrize(("front", "back", "depth"), [(0.99, 0.99, 0.05), (0.98, 0.995, 0.05)])
-def test_harmonics_of_light_in_time(front: float, back: float, depth: float) -> None:
+@pytest.mark.parametrize("detuning", [3e7, 0.0, -2e8, 1.5e9, 6e10])
+def test_harmonics_of_light_in_time(front: float, back: float, depth: float, detuning: float) -> None:
     """At a small depth, where sidebands of higher orders are dark."""
     p = FabryPerotCavity(
         length=1e-3, front_reflectivity=front, back_reflectivity=back, modulation_frequency=2e9, modulation_depth=depth
     )
     turns = np.arange(64) / 64.0
     lines = np.fft.fft(np.exp(1j * depth * np.sin(2.0 * np.pi * turns))) / 64.0
-    for detuning in (0.0, 3e7, -2e8, 1.5e9, 6e10):
-        orders = np.fft.fftfreq(64, 1.0 / 64.0)
-        answers = [bounces(front, back, 1e-3, detuning + 2e9 * k) for k in orders]
-        power = np.abs(np.fft.ifft(lines * answers) * 64.0) ** 2
-        harmonics = np.fft.fft(power) / 64.0
-        found = [answer_of(p, port, detuning=detuning, power=1e-3) for port in ("reflected", "error")]
-        expected = [harmonics[0].real, -2.0 * harmonics[1].imag]
-        assert found == pytest.approx([1e-3 * value for value in expected], rel=3e-3, abs=1e-9)
+    orders = np.fft.fftfreq(64, 1.0 / 64.0)
+    answers = [bounces(front, back, 1e-3, detuning + 2e9 * k) for k in orders]
+    power = np.abs(np.fft.ifft(lines * answers) * 64.0) ** 2
+    harmonics = np.fft.fft(power) / 64.0
+    found = [answer_of(p, port, detuning=detuning, power=1e-3) for port in ("reflected", "error")]
+    expected = [harmonics[0].real, -2.0 * harmonics[1].imag]
+    assert found == pytest.approx([1e-3 * value for value in expected], rel=3e-3, abs=1e-9)
 
 
 def test_airy_and_finesse() -> None:

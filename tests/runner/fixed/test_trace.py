@@ -126,6 +126,14 @@ def test_a_plain_if_merges_its_outcomes_and_keeps_their_ranges() -> None:
     assert [step(m) for m in span(-128, 127)] == [min(max(m, -10), 10) for m in span(-128, 127)]
 
 
+def test_a_number_decides_as_in_python() -> None:
+    def decided(a: Any) -> Any:
+        return a if a.mantissa & 6 else fixed(-1, Fixed(4))
+
+    step = compile_step(decided, {"a": Fixed(4), "return": Fixed(4)})
+    assert [step(m) for m in span(-8, 7)] == [m if m & 6 else -1 for m in span(-8, 7)]
+
+
 def test_conditions_narrow_what_they_were_made_of() -> None:
     def of_sum(a: Any) -> Any:
         return a.mantissa if a + 3 > 10 else 20

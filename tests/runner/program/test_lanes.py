@@ -10,7 +10,7 @@ import pytest
 
 import proofmass
 from proofmass import Graph, param
-from proofmass.blocks import Ramp
+from proofmass.blocks import DiscreteIntegrator, Ramp, UnitDelay
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.plan.keys import StateField, WireOf
@@ -22,6 +22,7 @@ from proofmass.runner.run.side_by_side import SideBySide
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
 from tests.by_hand.graph_texts import LIBRARY
+from tests.by_hand.lanes_alone import assert_lanes_are_runs
 
 LANES, RUNS, TICKS = 4, 7, 700
 # A linear group with measures, Runge-Kutta, noise with integer code, correlation cells, a recording:
@@ -91,6 +92,15 @@ def test_of_the_library(name: str) -> None:
             assert lanes.value(WireOf(*measure.node))[number] == value_of(alone, measure, memory), measure.name
         different.add(repr(found))
     assert len(different) == RUNS
+
+
+def test_runs_that_differ_in_how_they_begin_alone() -> None:
+    blocks = {"delay": UnitDelay(), "sum": DiscreteIntegrator()}
+    wires = ["delay.output -> delay.input", "delay.output -> sum.input"]  # which keeps what it begins with
+    planned = plan(Graph(name="", rate="1 kHz", blocks=blocks, wires=wires), free=["delay.initial"])
+    begins = [0.0, 1.0, -2.5, 1e9]
+    plans = [varied(planned, {"delay": UnitDelay(initial=begin)}) for begin in begins]
+    assert_lanes_are_runs(planned, {("delay", "initial"): np.array(begins)}, plans, "sum")
 
 
 @proofmass.block("1", base="1", exponent=param("1", "Exponent.", default=2.0))

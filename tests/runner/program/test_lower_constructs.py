@@ -165,6 +165,29 @@ def counted_by(n: int, step: int) -> int:
     return total
 
 
+def raised(a: float, b: float) -> float:
+    return abs(a) ** b
+
+
+def divided(a: float, b: float) -> float:
+    return a // b + 4.0 * (a % b)
+
+
+def after_the_last_turn(n: int) -> int:
+    i, total = -1, 0
+    for i in range(n):
+        total += i
+    return 100 * total + i
+
+
+def set_within_its_turn(n: int) -> int:
+    total = 0
+    for i in range(n):
+        i = 2 * i + 1
+        total = 3 * total + i
+    return total
+
+
 def infinite(a: float) -> tuple[bool, bool, bool]:
     return math.isnan(a), math.isinf(a), math.isfinite(a)
 
@@ -231,12 +254,13 @@ CASES: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
     *((f, (float, int)) for f in (unpacked, over_tables, left_by_else, early, numbers, dear_chain)),
     (nested_loops, (int, float)),
     (integers, (int, int)),
-    (membership, (int,)),
+    *((f, (int,)) for f in (membership, after_the_last_turn, set_within_its_turn)),
     (counted_by, (int, int)),
     (infinite, (float,)),
     (exactly, (int, float)),
     (promoted, (int,)),
     (extremes, (float, float)),
+    *((f, (float, float)) for f in (raised, divided)),
     *((f, (float, int)) for f in (known_beforehand, turned)),
     *((f, (int,)) for f in (of_integers, found_by_the_larger)),
     (written_late, (float,)),
@@ -258,6 +282,10 @@ def test_constructs(function: Any, kinds: tuple[Any, ...]) -> None:
         assert same(run(function, *given), expected), given
         compared += 1
     assert compared > 5
+
+
+def test_a_number_divided_by_zero_is_none() -> None:
+    assert math.isnan(run(divided, 1.0, 0.0))
 
 
 def fails_below_zero(a: float) -> float:

@@ -71,6 +71,21 @@ def test_operations_on_hostile_values(lanes: int) -> None:
     compare(made, lanes, [run(lane) for lane in range(lanes)])
 
 
+def test_powers_of_two_divide_as_in_python() -> None:
+    dividends, divisors = [7, -7, 8, -1, 2**62, -(2**63), 0, 12345], [1, 2, 8, 2**40]
+    number, out = Storage(INTEGER, 1, False, "number"), Storage(INTEGER, 2 * len(divisors), True, "out")
+    w = Writer("entry", number, out)
+    value = w.load(number, 0)
+    for place, divisor in enumerate(divisors):
+        w.store(out, 2 * place, w.do("floor_divide", value, divisor))
+        w.store(out, 2 * place + 1, w.do("modulo", value, divisor))
+    given, found = rows([np.array([n]) for n in dividends]), rows([np.zeros(2 * len(divisors), int)] * 8)
+    of_entry = LanesOf(frozenset(), frozenset(), {number: ALL, out: ALL})
+    function = machine_code.load_lanes(program(w.function), 8, of_entry, FAST)
+    function(given.ctypes.data, found.ctypes.data)
+    assert found.T.tolist() == [[n for d in divisors for n in divmod(dividend, d)] for dividend in dividends]
+
+
 @pytest.mark.exhaustive(but=20)
 @pytest.mark.parametrize("seed", range(60))
 def test_random_programs(seed: int) -> None:
@@ -104,6 +119,15 @@ def test_what_is_the_same_in_all_lanes_is_computed_once() -> None:
     assert text.count("fdiv double") == 1
     assert "fdiv <8" not in text
     assert text.count("fmul <8 x double>") == 1
+
+
+def test_of_an_array_only_the_entries_that_differ_are_in_lanes() -> None:
+    table, out = Storage(FLOAT, 3, False, "table"), Storage(FLOAT, 3, True, "out")
+    w = Writer("entry", table, out)
+    for place in range(3):
+        w.store(out, place, w.do("divide", w.load(table, place), 3.0))
+    text = lane_text(program(w.function), 8, LanesOf(frozenset(), frozenset(), {table: 0b010, out: 0}))
+    assert (text.count("fdiv double"), text.count("fdiv <8 x double>")) == (2, 1)
 
 
 def test_integers_of_loops_stay_single() -> None:
