@@ -209,7 +209,7 @@ def _loops(flat: FlatGraph) -> dict[str, str]:
 
 def line_of(table: Mapping[str, Any]) -> str:
     """Return a table in one line, without empty entries."""
-    return ", ".join(f"{key} {_plain(value)}" for key, value in table.items() if value not in ((), 0))
+    return ", ".join(f"{key} {_plain(value)}" for key, value in table.items() if value)
 
 
 def _plain(value: Any) -> str:

@@ -36,8 +36,8 @@ LIBRARY |= {function: External(name, (FLOAT, FLOAT), FLOAT) for function, name i
     (math.pow, "pow"),
 )}  # fmt: skip
 LIBRARY |= {
-    getattr(arithmetic, ours): External(name, (FLOAT,) * (1 if name == "cbrt" else 2), FLOAT)
-    for ours, name in arithmetic.OF_C.items()
+    function: External(name, (FLOAT,) * len(inspect.signature(function).parameters), FLOAT)
+    for function, name in ((getattr(arithmetic, ours), name) for ours, name in arithmetic.OF_C.items())
 }
 _OPERATORS = {operator.add: ast.Add, operator.sub: ast.Sub, operator.mul: ast.Mult, operator.truediv: ast.Div}
 _SCALED = {math.degrees: 180.0 / math.pi, math.radians: math.pi / 180.0}

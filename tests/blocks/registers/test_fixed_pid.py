@@ -46,6 +46,15 @@ def test_against_big_integers(rounding: str, overflow: str) -> None:
     assert kept > 30
 
 
+@pytest.mark.parametrize(("error", "end"), [(-1, -8), (1, 7)])
+def test_the_integral_reaches_the_end_of_the_range_and_leaves_it_at_once(error: int, end: int) -> None:
+    whole = Fixed(4, 0)
+    formats = {"input_format": whole, "output_format": whole, "gain_format": Fixed(8, 0), "sum_format": Fixed(8, 0)}
+    block = FixedPID(proportional=0.0, integral=1.0, derivative_gain=0.0, **formats)
+    rows = drive_fixed(block, [{"error": error}] * 12 + [{"error": -error}] * 3, 1.0)
+    assert [row["output"] for row in rows[-4:]] == [end, end - error, end - 2 * error, end - 3 * error]
+
+
 def test_against_the_controller_in_floating_point_and_at_its_limits() -> None:
     fine = {"gain_format": Fixed(30, 28), "sum_format": Fixed(32, 27), "output_format": Fixed(28, 26)}
     block = FixedPID(**PARAMETERS, **fine)

@@ -169,6 +169,21 @@ def test_what_was_there_and_what_is_there_now() -> None:
     ]
 
 
+@pytest.mark.defect("S859", before="statistic std, until None, unit ", after="what was written alone")
+def test_a_measure_in_one_line_has_what_was_written() -> None:
+    measures = 'bias = { signal = "controller.output", statistic = "mean", from = "1 s" }\n'
+    _, _, rest = TEXT.partition("[integration]")
+    changed = read_graph_text(f"{TEXT.partition('[measures]')[0]}[measures]\n{measures}\n[integration]{rest}")
+    assert [d for d in differences(GRAPH, changed) if d.key.startswith("measures")] == [
+        GraphDifference(
+            "measures.bias",
+            "signal controller.output, statistic mean, start 1/100",
+            "signal controller.output, statistic mean, start 1",
+        ),
+        GraphDifference("measures.noise", "signal adc.number, statistic std", ""),
+    ]
+
+
 def test_what_makes_no_difference() -> None:
     assert differences(GRAPH, read_graph_text(write_graph(GRAPH))) == []
     lines = TEXT.splitlines()

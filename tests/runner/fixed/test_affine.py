@@ -61,6 +61,11 @@ def test_it_is_a_mantissa() -> None:
     assert repr(2 * form() - 3) == "-3 + 2 input 0"
 
 
+@pytest.mark.parametrize("start", [-7, 0, 1])
+def test_it_is_true_where_its_number_is(start: int) -> None:
+    assert bool(form(start)) == bool(start)
+
+
 def test_the_same_number_rounds_alike() -> None:
     x = form()
     once, again = (FixedValue(3 * x + 1, 4).to(Fixed(16, 0), "half_up").mantissa for _ in range(2))

@@ -94,13 +94,25 @@ def test_of_the_library(name: str) -> None:
     assert len(different) == RUNS
 
 
+def held() -> Graph:
+    """A number that stays what it begins as, and its sum."""
+    wires = ["delay.output -> delay.input", "delay.output -> sum.input"]
+    return Graph(name="", rate="1 kHz", blocks={"delay": UnitDelay(), "sum": DiscreteIntegrator()}, wires=wires)
+
+
 def test_runs_that_differ_in_how_they_begin_alone() -> None:
-    blocks = {"delay": UnitDelay(), "sum": DiscreteIntegrator()}
-    wires = ["delay.output -> delay.input", "delay.output -> sum.input"]  # which keeps what it begins with
-    planned = plan(Graph(name="", rate="1 kHz", blocks=blocks, wires=wires), free=["delay.initial"])
+    planned = plan(held(), free=["delay.initial"])
     begins = [0.0, 1.0, -2.5, 1e9]
     plans = [varied(planned, {"delay": UnitDelay(initial=begin)}) for begin in begins]
     assert_lanes_are_runs(planned, {("delay", "initial"): np.array(begins)}, plans, "sum")
+
+
+def test_runs_go_in_as_few_groups_as_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled = CompiledLanes(plan(held()), (), 4)
+    calls = list[Any]()
+    monkeypatch.setattr(compiled, "loop", lambda *given: calls.append(given))
+    Lanes(compiled, 0, range(7), {}).advance(8)
+    assert len(calls) == 2
 
 
 @proofmass.block("1", base="1", exponent=param("1", "Exponent.", default=2.0))
