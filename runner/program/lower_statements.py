@@ -191,7 +191,7 @@ class LoweredStatements(LoweredCalls):
         lengths = [len(part) if isinstance(part, tuple) else getattr(part, "length", None) for part in parts]
         if any(length is None for length in lengths):
             raise refuse(node, "a loop over a value that is not a list", "loops go over range(...), tuples and buffers")
-        length = min(lengths, default=0)  # type: ignore[type-var]
+        length = min(lengths)  # type: ignore[type-var]
         if any(isinstance(part, tuple) for part in parts) and not _jumps(node.body):
             for number in range(length):  # type: ignore[arg-type]
                 self._turn(node, numbered, parts, operand(number))

@@ -16,7 +16,7 @@ from proofmass.graphs.drawing.texts import width_of
 from proofmass.graphs.files.library import library_files
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
-from tests.by_hand.diagrams import SVG, Box, Segment, box_of, chain, drawn, random_graph, within
+from tests.by_hand.diagrams import SVG, Box, Segment, accelerometer, box_of, chain, drawn, random_graph, within
 
 LARGE = {
     "quartz_recalibration": lambda: read_graph("library:quartz_recalibration"),
@@ -180,6 +180,21 @@ def test_the_name_of_a_wire_stands_within_its_tab(mirrored: bool) -> None:
     assert (left if mirrored else right) == 100.0
     assert left < float(label.attrib["x"]) - wide / 2
     assert float(label.attrib["x"]) + wide / 2 < right
+
+
+def test_the_type_of_an_output_stands_beside_its_block(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(eased, "PAGE", 0)
+    monkeypatch.setattr(eased, "LONGEST", 100)
+    root, stands = ElementTree.fromstring(svg(accelerometer(), overlay="formats")), 0
+    assert len(list(root.iterfind(f".//{SVG}g[@class='named']"))) > 3
+    for block in root.iterfind(f".//{SVG}g[@data-block]"):
+        rect = next(block.iter(f"{SVG}rect"))
+        left, wide = float(rect.attrib["x"]), float(rect.attrib["width"])
+        for words in block.iterfind(f"{SVG}text"):
+            if "formats" in words.get("class", ""):
+                stands += 1
+                assert not left < float(words.attrib["x"]) < left + wide, words.text
+    assert stands > 5
 
 
 def test_wires_that_lead_elsewhere_or_stand_alone_are_in_no_bundle() -> None:

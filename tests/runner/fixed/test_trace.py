@@ -126,6 +126,14 @@ def test_a_plain_if_merges_its_outcomes_and_keeps_their_ranges() -> None:
     assert [step(m) for m in span(-128, 127)] == [min(max(m, -10), 10) for m in span(-128, 127)]
 
 
+@pytest.mark.parametrize("by", [-1, 1])
+def test_a_register_holds_its_range_alone(by: int) -> None:
+    def moved(a: Any) -> Any:
+        return a + by
+
+    assert "the value does not fit its register" in refused(moved, "return a + by", a=Fixed(4), result=Fixed(4))
+
+
 def test_a_number_decides_as_in_python() -> None:
     def decided(a: Any) -> Any:
         return a if a.mantissa & 6 else fixed(-1, Fixed(4))

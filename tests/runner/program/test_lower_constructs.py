@@ -180,12 +180,6 @@ def after_the_last_turn(n: int) -> int:
     return 100 * total + i
 
 
-def over_nothing(n: int) -> int:
-    for _ in zip(strict=False):
-        n += 1
-    return n
-
-
 def set_within_its_turn(n: int) -> int:
     total = 0
     for i in range(n):
@@ -260,7 +254,7 @@ CASES: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
     *((f, (float, int)) for f in (unpacked, over_tables, left_by_else, early, numbers, dear_chain)),
     (nested_loops, (int, float)),
     (integers, (int, int)),
-    *((f, (int,)) for f in (membership, after_the_last_turn, over_nothing, set_within_its_turn)),
+    *((f, (int,)) for f in (membership, after_the_last_turn, set_within_its_turn)),
     (counted_by, (int, int)),
     (infinite, (float,)),
     (exactly, (int, float)),
