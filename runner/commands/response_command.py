@@ -9,14 +9,16 @@ from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.names import sources_of
+from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.response.plot import plot_response
-from proofmass.runner.analysis.response.response import response
+from proofmass.runner.analysis.response.response import response_at
 from proofmass.runner.analysis.response.text import response_text
 from proofmass.runner.commands.answers import Shown, attempted, print_answers
 from proofmass.runner.commands.declarations.analysis import ResponseRequest
 from proofmass.runner.commands.graph_options import graph_of, outputs_of
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.series_source import band_of
+from proofmass.runner.planning.plan import plan
 
 
 def show_response(request: ResponseRequest) -> int:
@@ -26,10 +28,11 @@ def show_response(request: ResponseRequest) -> int:
     graph = graph_of(request.graph, request.own, request.changes)
     outputs = outputs_of(graph, request.output, "INPUT")
     source = request.input or _source(graph, outputs)
+    points = OperatingPoints(plan(graph), request.at)
     with progress(request.as_json) as bar:
 
         def ask(output: str) -> Shown:
-            answer = request.call(response, graph, source, output, band=band_of(request.band), progress=bar)
+            answer = request.call(response_at, points, source, output, band=band_of(request.band), progress=bar)
             return Shown(output, [response_text(answer)], answer.as_data, partial(plot_response, answer))
 
         answers = [*attempted(ask, outputs)]

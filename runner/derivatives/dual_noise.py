@@ -108,6 +108,7 @@ class Followed(NamedTuple):
     noise: Noisy
     drawn: bool = False  # whether deviates have the values of a run, or are 0
     quantisers: Collection[str] = ()  # what they are given is listened to
+    cut: bool = False  # what enters takes the place of what was there
 
 
 class NoisyTicks(DualTicks):

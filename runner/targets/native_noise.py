@@ -22,6 +22,7 @@ from proofmass.runner.host.arrays import AnyArray, Array, Truths
 from proofmass.runner.plan.memory import Memory, Rows
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.events import (
+    CUT,
     DRAWN,
     DROP,
     DROPPED,
@@ -109,7 +110,8 @@ class NoiseInCode(SlopesInCode):
         self._noise = {name: models for name, models in followed.noise.items() if name in followed.blocks}
         self.block_names, self.wire_nodes = [*code.blocks], [*code.wires]
         self._noisy = np.array([name in self._noise for name in self.block_names], dtype=bool)
-        modes = dict.fromkeys(followed.outputs, HEARD) | dict.fromkeys(followed.inputs, ENTERED)
+        entering = CUT if followed.cut else ENTERED
+        modes = dict.fromkeys(followed.outputs, HEARD) | dict.fromkeys(followed.inputs, entering)
         super().__init__(code, plan, memory, modes, seeded, followed.moving, _FIRST_ROOM)
         self._of_ticks = list[tuple[Found, AnyArray, AnyArray]]()
 

@@ -272,10 +272,11 @@ class TransferMatrix:
 
     def weighted(self, z: Complex, out: Complex, into: Complex) -> Complex:
         """Return for each z the sum of all outputs, each with a weight, where inputs have some sizes: a row each."""
-        x = np.zeros((len(self._form), len(z)), dtype=complex)
+        x, entered = np.zeros((len(self._form), len(z)), dtype=complex), self._into @ into.T
         for i in range(len(x) - 1, -1, -1):
-            x[i] = (self._form[i, i + 1 :] @ x[i + 1 :] + self._into[i] @ into.T) / (z - self._form[i, i])
-        value: Complex = np.sum(out.T * (self._out @ x), axis=0) + np.sum((out @ self._direct) * into, axis=1)
+            x[i] = (self._form[i, i + 1 :] @ x[i + 1 :] + entered[i]) / (z - self._form[i, i])
+        direct = out.real @ self._direct + 1j * (out.imag @ self._direct)  # no complex copy of what is real
+        value: Complex = np.sum(out.T * (self._out @ x), axis=0) + np.sum(direct * into, axis=1)
         return value
 
     def mean(self, z: Complex, turns: Complex) -> Complex:

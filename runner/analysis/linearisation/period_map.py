@@ -251,10 +251,11 @@ def period_map(
     memory = memory or start(plan)
     if by_parameters:
         plan = differentiated(plan)
+    quiet = plan if noise else plan.without_noise
     counted: set[str] = set()  # blocks whose integers are bits or indices and keep their values
     single = by_ticks and cut and len(inputs) == 1 and not by_parameters and not noise
     stepped = single and ticks > min(plan.stride(inputs[0]), _MANY)
-    coded = single or (bool(noise) and not by_parameters and one_model_each(noise))
+    coded = not by_parameters and one_model_each(noise)
     code = slopes(ticks, bool(noise), upstream) if coded else None
     if code is not None and not code.wires.keys() >= {*inputs, *outputs}:  # vectors, truth values
         code = None
@@ -267,17 +268,17 @@ def period_map(
         engine: DualTicks | CompiledSlopes | CompiledNoise
         in_code: CompiledNoise | None = None
         starts = {entry: place_of(memory, entry, rings) for entry in seeded}
-        if noise and code is not None:
-            followed = Followed(upstream, moving, inputs, outputs, noise, drawn, quantisers)
+        if code is not None and not single:
+            followed = Followed(upstream, moving, inputs, outputs, noise, drawn, quantisers, cut)
             # start-up time: short periods need no compiler
             from proofmass.runner.targets import native_noise
 
-            engine = in_code = native_noise.CompiledNoise(code, code.of(plan), memory, followed, {*starts.values()})
+            engine = in_code = native_noise.CompiledNoise(code, code.of(quiet), memory, followed, {*starts.values()})
         elif noise:
             many = ticks > _MANY and not by_parameters
             engine = (CompactTicks if many else NoisyTicks)(*given, noise=noise, drawn=drawn, quantisers=quantisers)
         elif code is not None:
-            engine = code.ticks(memory, inputs[0], {*starts.values()}, moving, code.of(plan.without_noise))
+            engine = code.ticks(memory, inputs[0], {*starts.values()}, moving, code.of(quiet))
         else:
             engine = (SteppedTicks if stepped else DualTicks)(*given)
         try:
@@ -296,7 +297,7 @@ def period_map(
             counted.add(name)
             continue
         maps, each = None, 1
-        if not (noise or isinstance(engine, DualTicks)) or isinstance(engine, SteppedTicks):
+        if not (in_code or isinstance(engine, DualTicks)) or isinstance(engine, SteppedTicks):
             end = engine.memory()
             ends = {entry: place for entry in seeded if (place := place_of(end, entry, rings)) in engine.live}
             maps = maps_of_ticks(engine.slopes(), starts, ends)  # type: ignore[union-attr]
@@ -306,7 +307,7 @@ def period_map(
                 continue
             maps = maps.held(each) if maps and each > 1 else maps
         values_of_wire = len(maps.d) if maps else 0
-        if values_of_wire > MOST_VALUES or (code is not None and maps is None and not noise):
+        if values_of_wire > MOST_VALUES or (code is not None and maps is None and in_code is None):
             number = values_of_wire or ticks // plan.stride(inputs[0])
             raise plan.graph.placed(too_many(inputs[0], number)).error
         if stepped and maps is None:

@@ -183,9 +183,26 @@ def response(
     >>> round(answer.bandwidth, 1), round(answer.step.settling, 4)
     (44.3, 0.0103)
     """
-    planned = plan(graph)
+    points = OperatingPoints(plan(graph), at)
+    return response_at(
+        points, input, output, frequencies, simulate=simulate, amplitude=amplitude, band=band, progress=progress
+    )
+
+
+def response_at(
+    points: OperatingPoints,
+    input: str,
+    output: str,
+    frequencies: Sequence[float] = (),
+    *,
+    simulate: StimulusKind | None = None,
+    amplitude: str | float | None = None,
+    band: tuple[float, float] | None = None,
+    progress: Progress | None = None,
+) -> Response:
+    """Return the response as `response` does, at the first operating point that has one: several share the points."""
+    planned = points.plan
     source, target = node_of(planned, input), node_of(planned, output)
-    points = OperatingPoints(planned, at)
     first = common_period(planned, [source], [target])
     at_tick = points.answered(lambda about: response_of(about, source, target, frequencies), first)
     if simulate is None:

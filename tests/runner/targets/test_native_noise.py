@@ -55,12 +55,19 @@ def both(
 ) -> tuple[PeriodMap, PeriodMap]:
     """The map of some ticks with noise from machine code, and from plain Python."""
     course = Course(planned)
-    code = course.slopes(1_000, noise=True)
+    code = course.slopes(1_000, noise=noise is None or bool(noise))
     assert code is not None
     given: dict[str, Any] = {"noise": noise_blocks(planned) if noise is None else noise, "span": span, **options}
     inputs = given.pop("inputs", ())
     fast = period_map(planned, inputs, nodes, **given, memory=course.at(tick), slopes=lambda *_: code)
     return fast, period_map(planned, inputs, nodes, **given, memory=course.at(tick))
+
+
+def one_bit_loop(gain: float) -> Plan:
+    blocks: dict[str, Block] = {"signal": Sine(amplitude=0.4, frequency=90.0), "error": Difference()}
+    blocks |= {"integral": DiscreteIntegrator(gain=gain, output_unit="1"), "bit": Comparator()}
+    wires = ["signal.output -> error.first", "bit.sign -> error.second", "error.output -> integral.input"]
+    return graph_of(blocks, *wires, "integral.output -> bit.input")
 
 
 def assert_alike(fast: PeriodMap, slow: PeriodMap, rel: float = 1e-12) -> None:
@@ -218,16 +225,34 @@ def test_an_input_is_added_to_its_wire() -> None:
     assert_alike(*both(planned, [("average", "mean")], inputs=[("sum", "output")]))
 
 
+@pytest.mark.parametrize(
+    ("planned", "source", "target"),
+    [(readout(), ("sum", "output"), ("average", "mean")), (driven(), ("push", "output"), ("mass", "displacement"))],
+    ids=["rates", "matrices made anew"],
+)
+def test_small_signals_alone(planned: Plan, source: Endpoint, target: Endpoint) -> None:
+    """A map between two wires without noise is machine code too."""
+    fast, slow = both(planned, [target], inputs=[source], noise={})
+    assert (fast.rounded, slow.rounded) == (True, False)
+    assert_alike(fast, slow)
+
+
 def test_a_quantiser_of_one_bit_has_its_gain() -> None:
-    blocks: dict[str, Block] = {"signal": Sine(amplitude=0.4, frequency=90.0), "error": Difference()}
-    blocks |= {"integral": DiscreteIntegrator(gain=1000.0, output_unit="1"), "bit": Comparator()}
-    wires = ["signal.output -> error.first", "bit.sign -> error.second", "error.output -> integral.input"]
-    planned = graph_of(blocks, *wires, "integral.output -> bit.input")
+    planned = one_bit_loop(gain=1000.0)
     noise: Noisy = {"bit": (OneBitGain(gain=0.8, variance=0.3),)}
     fast, slow = both(planned, [("bit", "sign")], noise=noise)
     assert_alike(fast, slow)
     assert fast.inputs[0][:2] == ("bit", "error of one bit")
     assert fast.matrix[fast.order, fast.order] == pytest.approx(math.sqrt(0.3))
+
+
+@pytest.mark.defect("S873", before="a pole of 0.779 after three ticks: the loop stayed closed", after="1")
+def test_a_wire_that_is_cut_passes_nothing_on() -> None:
+    """What enters at the integral takes its place: no error of the bit moves it more than once."""
+    node, bit = ("integral", "output"), (OneBitGain(gain=0.8, variance=0.3),)
+    fast, slow = both(one_bit_loop(gain=100.0), [node], inputs=[node], cut=True, noise={"bit": bit}, span=3)
+    assert_alike(fast, slow)
+    assert fast.parts()[0] == pytest.approx(np.eye(1))
 
 
 def test_a_sum_of_random_numbers() -> None:

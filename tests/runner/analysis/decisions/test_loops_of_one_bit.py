@@ -1,18 +1,35 @@
 """Loops through a quantiser of one bit: its gain, against a modulator written by hand, and the margins that follow."""
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 import pytest
 
 import proofmass
-from proofmass.blocks import Comparator, Constant, Difference, DiscreteIntegrator, Gain, Sum, WhiteNoise
+from proofmass.blocks import (
+    Comparator,
+    Constant,
+    Decimator,
+    Difference,
+    DiscreteIntegrator,
+    Gain,
+    Negation,
+    Sum,
+    WhiteNoise,
+)
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
 
 RATE, DC = 10_000.0, 0.123456789
 
 
-def modulator(density: float) -> Graph:
-    """First order: y' = y + u - v, v = sign of y, with noise at the input."""
+def modulator(
+    density: float,
+    more: Mapping[str, Block] | None = None,
+    wired: Sequence[str] = ("dc.output -> input.first",),
+    rates: Mapping[str, float] | None = None,
+) -> Graph:
+    """First order: y' = y + u - v, v = sign of y, with noise at the input; and more blocks."""
     blocks: dict[str, Block] = {
         "dc": Constant(value=DC),
         "noise": WhiteNoise(density=density),
@@ -22,9 +39,10 @@ def modulator(density: float) -> Graph:
         "bit": Comparator(),
         "back": Gain(),
     }
-    wires = ["dc.output -> input.first", "noise.output -> input.second", "input.output -> error.first"]
+    wires = [*wired, "noise.output -> input.second", "input.output -> error.first"]
     wires += ["back.output -> error.second", "error.output -> sum.input", "sum.output -> bit.input"]
-    return Graph(name="", rate=RATE, duration="2 s", blocks=blocks, wires=[*wires, "bit.sign -> back.input"])
+    blocks, wires = blocks | dict(more or {}), [*wires, "bit.sign -> back.input"]
+    return Graph(name="", rate=RATE, duration="2 s", blocks=blocks, wires=wires, rates=rates or {})
 
 
 def by_hand(sigma: float, count: int = 200_000) -> float:
@@ -51,6 +69,22 @@ def test_the_margin_is_that_of_the_gain_of_the_run(density: float) -> None:
     assert found.gain_reduction is None
     (note,) = [note for note in found.system.map.notes if "one bit counts as a gain" in note]
     assert note.startswith("bit: ")
+
+
+@pytest.mark.defect("S873", before="a gain margin of 8.99", after="10")
+@pytest.mark.exhaustive
+def test_a_slow_loop_around_a_modulator() -> None:
+    """Means of 100 decisions, one period late, are integrated: L = k / (z (z - 1)), abs(L) = 1 where 2 sin(w/2) = k."""
+    ratio, k = 100, 0.1
+    blocks: dict[str, Block] = {"mean": Decimator(ratio=ratio), "minus": Negation(), "plus": Sum()}
+    blocks["control"] = DiscreteIntegrator(gain=k * RATE / ratio, output_unit="1")
+    wires = ["bit.sign -> mean.input", "mean.mean -> control.input", "control.output -> minus.input"]
+    wires += ["minus.output -> plus.first", "dc.output -> plus.second"]
+    graph = modulator(0.02, blocks, [*wires, "plus.output -> input.first"], {"control": 100.0, "minus": 100.0})
+    found = proofmass.margins(graph, "minus.output")
+    w = 2.0 * np.arcsin(k / 2.0)
+    assert found.gain_margin == pytest.approx(1.0 / k, rel=1e-3)
+    assert found.phase_margin == pytest.approx(0.5 * np.pi - 1.5 * w, abs=4e-3)
 
 
 def test_a_converter_of_more_bits_has_a_gain_of_its_own() -> None:
