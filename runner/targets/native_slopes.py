@@ -33,13 +33,16 @@ _OF_LOOPS, _OF_NOISE = Settings(wide=True), Settings(level=0, loops=False, selec
 
 
 class SlopeCode:
-    """Machine code of the ticks of a plan with their slopes, whichever wires are events; with all of `noise`."""
+    """Machine code of the ticks of a plan with their slopes, whichever wires are events; with all of `noise`.
 
-    def __init__(self, plan: Plan, noise: bool = False) -> None:
+    That of noise is made in little time, unless it is for a `long` period.
+    """
+
+    def __init__(self, plan: Plan, noise: bool = False, long: bool = False) -> None:
         made = write_slopes(plan, noise)
         self.plan, self.wires, self.blocks = plan, made.wires, made.blocks
         of_entry = LanesOf(frozenset(), made.shared, dict.fromkeys(made.apart, ALL))
-        loop = load_lanes(made.program, LANES, of_entry, _OF_NOISE if noise else _OF_LOOPS)
+        loop = load_lanes(made.program, LANES, of_entry, _OF_NOISE if noise and not long else _OF_LOOPS)
         self.compiled = CompiledPlan(plan, made.written, loop)
 
     def of(self, plan: Plan) -> Plan:

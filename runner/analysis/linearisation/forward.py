@@ -36,6 +36,7 @@ INTERPRETED = 1.5  # seconds of plain Python, after which the loop is compiled
 _CHUNK = 0.05  # seconds from one report of progress to the next
 _AWAY, _FROM_ZERO = 1.001, 1e-6  # factor and offset of held signals that nothing moves
 _FEW = 64  # ticks that plain Python follows in dual numbers
+_LONG = 2_048  # ticks of a period, from which compiling slowly pays
 
 
 class Forward:
@@ -187,7 +188,7 @@ class Course:
         if code is None:
             every = sum(len(code.blocks) for code in made) + len(part.blocks)  # parts of parts are made in vain
             lesser = 2 * len(part.blocks) <= len(own.blocks) and 2 * every <= 3 * len(own.blocks)
-            code = SlopeCode(part if lesser else own, noise)
+            code = SlopeCode(part if lesser else own, noise, ticks >= _LONG)
             made.append(code)
         return code
 
