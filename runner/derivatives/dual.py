@@ -221,8 +221,9 @@ def _without_nothing(value: Any, slopes: dict[Any, Any], level: int) -> Any:
 
     A whole number that was not rounded stays dual, since a plain one has no bits to shift.
     """
+    first = next(iter(slopes.values()), 0.0)
     try:
-        nothing = 0.0 in slopes.values()  # one pass in C
+        nothing = not isinstance(first, _NUMBERS) or 0.0 in slopes.values()  # one pass in C
     except ArithmeticError:  # a ball leaves it undecided
         nothing = True
     for key in [key for key, slope in slopes.items() if _is_nothing(slope)] if nothing else ():

@@ -16,7 +16,7 @@ import flint
 from proofmass.blocks.arithmetic import elementary, rounding
 from proofmass.runner.derivatives.ball import Ball, of_balls, of_series
 from proofmass.runner.derivatives.dual import SIGNALS, UNDEFINED, Dual, chained, plain, slopes_of, value_of, with_plain
-from proofmass.runner.derivatives.polynomial import PolynomialBall
+from proofmass.runner.derivatives.polynomial import PolynomialBall, Turned
 from proofmass.runner.derivatives.slopes import SLOPES_OF_ONE, SLOPES_OF_TWO, WIDE_SLOPES
 
 dual_math: Any = types.SimpleNamespace(**vars(math))  # stands in for `math`; filled below
@@ -121,12 +121,17 @@ def _names(code: types.CodeType) -> set[str]:
     return {*code.co_names}.union(*inner)
 
 
+_ROUND = frozenset({elementary.sine_of_turns, elementary.cosine_of_turns})  # they come round with each turn
+
+
 def _of_one(
     function: Callable[[float], Any], slope: Callable[[Any], Any], wide: Callable[[Any], Any] | None = None
 ) -> Callable[[Any], Any]:
     """A function of one number, with its derivative by the chain rule: of balls it may have a form of its own."""
 
     def apply(x: Any) -> Any:
+        if isinstance(x, Turned) and x.turn == 1.0 and function in _ROUND:
+            return apply(x.of)
         if isinstance(x, PolynomialBall):
             return x.through(apply)
         if isinstance(x, flint.arb_series):
@@ -184,6 +189,8 @@ def _counted(function: Callable[[float], Any], number: Any) -> Any:
         return function is math.isfinite
     if function is math.floor:
         return math.floor(number)
+    if function is rounding.nearest_integer and isinstance(number, PolynomialBall | Turned):
+        return number.nearest_integer()
     return math.ceil(number) if function is math.ceil else float(round(number))
 
 

@@ -86,7 +86,7 @@ class PolynomialBall(Ball):
         return PolynomialBall(-self.model)
 
     def __sub__(self, other: Any) -> Any:
-        return self + -other
+        return other.taken_off(self) if isinstance(other, WholeTurns) else self + -other
 
     def __rsub__(self, other: Any) -> Any:
         return -self + other
@@ -109,7 +109,9 @@ class PolynomialBall(Ball):
         """Return a number divided by this one."""
         if self.arb.contains(0):
             raise UndecidedError("a number that may be zero")
-        return self.through(_inverse) * other
+        inverse = self.through(_inverse)
+        inverse.functions[_inverse] = self
+        return inverse if isinstance(other, int | float) and other == 1.0 else inverse * other
 
     def __pow__(self, exponent: int) -> Any:
         if not isinstance(exponent, int):
@@ -121,6 +123,13 @@ class PolynomialBall(Ball):
     def __abs__(self) -> Any:
         value = self.arb
         return self if value >= 0 else -self if value <= 0 else Ball(abs(value))
+
+    def nearest_integer(self) -> Any:
+        """Return the whole number nearest to it; where that is not known, one that can be taken off."""
+        try:
+            return float(round(self))
+        except UndecidedError:
+            return WholeTurns(self)
 
     def through(self, function: Callable[[Any], Any]) -> Any:
         """Return a function of it, by its series about the middle; `function` takes Arb's series."""
@@ -137,6 +146,58 @@ class PolynomialBall(Ball):
         for coefficient in reversed(coefficients[:-1]):
             total = total * apart + Ball(coefficient)
         return total.off_by(double_of(beyond.abs_upper())[0] * UP)
+
+
+class WholeTurns(Ball):
+    """The whole number nearest to a number, where that is not known: taken off, it leaves the number but for turns."""
+
+    __slots__ = ("of",)
+
+    def __init__(self, of: "PolynomialBall | Turned") -> None:
+        self.of = of
+
+    @property
+    def arb(self) -> Any:
+        """Raises `UndecidedError`."""
+        raise UndecidedError("a number in the middle between two whole ones")
+
+    def taken_off(self, number: Any) -> Any:
+        """Return what is left of the number: no turn is missing where only one leaves it between -1/2 and 1/2."""
+        if number is not self.of or (isinstance(number, Turned) and number.turn != 1.0):
+            raise UndecidedError("a whole number that is not known")
+        left = number.of if isinstance(number, Turned) else number
+        left = left - float(round(left.model.coefficients[0]))
+        low, high = left.ends()
+        return left if isinstance(number, Turned) and -0.5 < low <= high < 0.5 else Turned(left)
+
+
+class Turned(Ball):
+    """A number that is known but for a number of turns: functions that come round with a turn are known of it."""
+
+    __slots__ = ("of", "turn")
+
+    def __init__(self, of: PolynomialBall, turn: float = 1.0) -> None:
+        self.of, self.turn = of, turn
+
+    @property
+    def arb(self) -> Any:
+        """Raises `UndecidedError`."""
+        raise UndecidedError("a number that is known but for whole turns")
+
+    def __add__(self, other: Any) -> Any:
+        return Turned(self.of + other, self.turn)
+
+    def __sub__(self, other: Any) -> Any:
+        return other.taken_off(self) if isinstance(other, WholeTurns) else Turned(self.of - other, self.turn)
+
+    def __mul__(self, other: Any) -> Any:
+        return Turned(self.of * other, self.turn * other) if isinstance(other, float) else super().__mul__(other)
+
+    __rmul__ = __mul__
+
+    def nearest_integer(self) -> WholeTurns:
+        """Return the whole number nearest to it, which is not known."""
+        return WholeTurns(self)
 
 
 def _series_about(middle: Any, function: Callable[[Any], Any], order: int) -> list[Any]:

@@ -22,6 +22,8 @@ ASSUMED = (
     "Loops are those of the start of the run, tick 0, or at rest. Quantisers count as a gain of one, limits by slopes.",
     "At rest sources are constant: where a sensor rests is that of ideal converters, which do not round.",
     "On an orbit sources come round as their frequencies say. It is a point of rest of all its periods at once.",
+    "A BLOCK:NUMBER comes to no rest, as the phase of a carrier: loops are those about each of its places.",
+    "It passes them slowly, where numbers follow it; of whole turns, and of a ramp between its falls, nothing does.",
     "Loops in continuous time are those of the differential equations: what discrete blocks give is held.",
     "Parameters stay as they are while the sensor runs; under any or slow change within each period of the loop.",
     "In fixed point the map, errors and ranges are those of the blocks, called with sums of registers and inputs.",

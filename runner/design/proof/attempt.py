@@ -96,6 +96,12 @@ class MarginProof:
         """ "proved", "refuted" or "open"."""
         return self.searched.status
 
+    @property
+    def places(self) -> dict[str, tuple[float, float]]:
+        """The ranges of what comes to no rest, at each place of which the claim is."""
+        known = self.coordinates
+        return {r.name: (r.low, r.high) for r in known.ranges if r.name in known.places} if known else {}
+
     def as_data(self) -> dict[str, Any]:
         """Plain data, for `--json`."""
         return {
@@ -106,6 +112,7 @@ class MarginProof:
             "limit": self.claim.limit if math.isfinite(self.claim.limit) else None,
             "at_rest": self.claim.at_rest,
             **({"orbit": self.claim.orbit} if self.claim.orbit else {}),
+            **({"places": places} if (places := self.places) else {}),
             "side": "at most" if self.claim.most else "at least",
             "status": self.status,
             "part": self.searched.part,

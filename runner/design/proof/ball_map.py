@@ -23,6 +23,7 @@ from proofmass.runner.derivatives.dual import SIGNALS, slopes_of
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.design.proof.ball_ticks import BallTicks, advanced, with_balls
 from proofmass.runner.design.proof.enclosed import RestPoint
+from proofmass.runner.design.proof.places import check_unseen, returned
 from proofmass.runner.design.proof.rest_point import RestRun
 from proofmass.runner.design.proof.tick_products import SteppedBallTicks, TickProducts, seeded, tick_products
 from proofmass.runner.host.arrays import Truths
@@ -72,6 +73,8 @@ class BallRun:
         """
         plan, begin = self._there(parameters, rest)
         rings, entries = self._point.rings, self._point.map.states
+        if self._rest is not None:
+            entries = (*entries, *(place.entry for place in self._rest.places))
         seeded(begin, entries, rings)
         engine = self._engine(plan, begin)
         last = begin.tick + self._point.ticks
@@ -84,7 +87,15 @@ class BallRun:
         values = [held_in(memory, entry, rings) for entry in entries]
         values += [value for node in self._ends.outputs for value in engine.recorded[node]]
         columns = [*entries, *self._columns(engine)]
-        return [[slopes_of(value, SIGNALS).get(key, 0.0) for key in columns] for value in values], len(entries)
+        rows = [[slopes_of(value, SIGNALS).get(key, 0.0) for key in columns] for value in values]
+        if self._rest is None or rest is None or not rest.places:
+            return rows, len(entries)
+        along = dict(zip(self._rest.entries, rest.along, strict=True))
+        kept = entries[: -len(rest.places)]
+        curves = [along.get(entry, [0.0] * len(rest.places)) for entry in kept]
+        moving = [i for i, entry in enumerate(entries) if entry in along or i >= len(kept)]  # others are coefficients
+        check_unseen(rows, len(entries), moving, curves)
+        return returned(rows, len(entries), curves), len(kept)
 
     def ticks(self, parameters: Mapping[str, Any], kept: "Kept") -> TickProducts:
         """Return the ticks of the loop of some states for parameters that hold polynomials."""
@@ -101,7 +112,7 @@ class BallRun:
         plan = with_balls(self._plan, parameters)
         if self._rest is None or rest is None:
             return plan, self._begin(plan)
-        return plan, self._rest.memory_of(plan, rest.values, seeded=False)
+        return plan, self._rest.memory_of(plan, rest.values, rest.places, seeded=False)
 
     def _begin(self, plan: Plan) -> Memory:
         """Return the memory from which the period goes on, at the start of a run."""
@@ -123,6 +134,7 @@ class Starting:
     period: float  # s
     values: int  # of a wire in it
     in_ticks: bool = False  # whether its ticks are known one by one
+    places: int = 0  # last coordinates that are places of what comes to no rest
 
     def map(self, parameters: Mapping[str, Any], kept: Kept | None = None) -> BallMap:
         """Return the map for parameters that hold polynomials, of what is `kept`.
@@ -170,6 +182,7 @@ class StartingLoop(Starting):
             most = f"{MOST_STATES} states and {MOST_VALUES} values"
             raise too_large(plan, has, node, most, "open the loop at its slowest wire with --loop")
         self._run, self.in_ticks = BallRun(plan, ends, point, rest), rest is None
+        self.places = 0 if rest is None else len(rest.places)
         self.period, self.values = between.period, len(between.inputs)  # s, and values of the wire
 
     def _kept(self, rows: MatrixRows, order: int) -> Kept:

@@ -58,10 +58,12 @@ def advanced(engine: DualTicks, tick: int) -> None:
 def with_balls(plan: Plan, parameters: Mapping[str, Any]) -> Plan:
     """Return a plan whose blocks have other parameters, which may be balls, with all that follows from them.
 
-    `parameters` are named `"block.parameter"`.
+    `parameters` are named `"block.parameter"`; places of what is remembered are among them, with a colon.
     """
     moved: dict[str, dict[str, Any]] = {}
     for name, value in parameters.items():
+        if ":" in name:
+            continue
         owner, parameter = split(name)
         moved.setdefault(owner, {})[parameter] = value
     blocks, constants, starts, buffers = dict(plan.blocks), dict(plan.constants), dict(plan.starts), dict(plan.buffers)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.runner.derivatives.ball import ball
+from proofmass.runner.derivatives.ball import UndecidedError, ball
 from proofmass.runner.derivatives.polynomial import PolynomialBall, model_of
 from proofmass.runner.design.proof.ball_map import Starting
 from proofmass.runner.design.proof.claim import Claim
@@ -24,8 +24,8 @@ class BoxMaps:
     """Maps of a loop or path over boxes; halves along the factor share those of the parameters."""
 
     def __init__(self, loop: Starting, parameters: _Parameters) -> None:
-        self._loop, self._parameters, self.values = loop, parameters, loop.values
-        self._known: dict[Sides, OpenCorners] = {}
+        self._loop, self._parameters, self.values, self.places = loop, parameters, loop.values, loop.places
+        self._known: dict[Sides, OpenCorners | UndecidedError] = {}
 
     def worst_corner(self, box: Sides, claim: Claim) -> Sides | None:
         """Return the corner of a box where a quantity is worst, if it is beyond the limit."""
@@ -45,12 +45,18 @@ class BoxMaps:
         return (*((point, point) for point in points), box[-1])
 
     def open(self, sides: Sides) -> OpenCorners:
-        """Return the open loops of a box of parameters."""
+        """Return the open loops of a box of parameters; raises `UndecidedError`."""
         if sides not in self._known:
             while len(self._known) >= _KEPT:
                 del self._known[next(iter(self._known))]
-            self._known[sides] = self._over(sides)
-        return self._known[sides]
+            try:
+                self._known[sides] = self._over(sides)
+            except UndecidedError as error:
+                self._known[sides] = UndecidedError(*error.args)
+        found = self._known[sides]
+        if isinstance(found, UndecidedError):
+            raise found
+        return found
 
     def _over(self, sides: Sides) -> OpenCorners:
         chosen = [i for i, (low, high) in enumerate(sides) if low < high][:MOST_CORNERS]
@@ -66,7 +72,17 @@ class BoxMaps:
         def around() -> MapParts:
             return parts_of(loop.map(parameters, kept) if loop.in_ticks else whole)
 
-        return OpenCorners(order, size[0] - order, stack, around, kept.rest, tuple(chosen), len(sides), ticks)
+        return OpenCorners(
+            order,
+            size[0] - order,
+            stack,
+            around,
+            kept.rest,
+            tuple(chosen),
+            len(sides),
+            ticks,
+            continuous=not loop.period,
+        )
 
     def bend(self, sides: Sides, place: int) -> float:
         """Return how a loop bends along a box's side, by its middle; raises `UndecidedError`."""

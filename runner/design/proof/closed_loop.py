@@ -94,6 +94,7 @@ class OpenCorners:
     sides: int  # coordinates of the box, without the factor's
     ticks: "ClosedTicks | None" = None  # the ticks of a loop, where they are known one by one
     frame: Array | None = None  # S: the states are S times these
+    continuous: bool = False  # A has rates
 
     @cached_property
     def terms(self) -> MapParts:
@@ -222,7 +223,7 @@ def closed_loops(factor: Factor, of: OpenCorners, ends: tuple[float, float]) -> 
         to = np.kron(unit, of.frame)
         terms = _constant(back.repeated(factor.parts)) @ terms @ TaylorModel.constant(to)
     exact = {*of.interpolated, last, last + chord}
-    if of.ticks is None:
+    if of.continuous:
         return Family(stacked, len(factors), shares_of(terms, exact, last))
     shift, bends = bends_of(terms, exact, last)
     most = max(bends, key=lambda i: float(np.linalg.norm(bends[i], axis=(1, 2)).sum()), default=last)

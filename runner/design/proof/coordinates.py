@@ -6,6 +6,7 @@ Of a whole box some part is proved in a box of its own, which is larger where pa
 slowly.
 """
 
+import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -34,6 +35,12 @@ class Coordinates:
     adjustable: Adjustable
     ranges: tuple[Range, ...]
     inverse: tuple[bool, ...]  # whether a coordinate is one divided by the parameter
+    places: frozenset[str] = frozenset()  # names of those that are no parameters, but places of what is remembered
+
+    def beside(self, places: Sequence[Range]) -> "Coordinates":
+        """Return the coordinates with some of places after them."""
+        inverse, names = (False,) * len(places), frozenset(r.name for r in places)
+        return replace(self, ranges=(*self.ranges, *places), inverse=(*self.inverse, *inverse), places=names)
 
     def box(self) -> Sides:
         """Return the ends of each coordinate."""
@@ -55,7 +62,8 @@ class Coordinates:
             return ()
         pairs = zip(self.ranges, self.inverse, strict=True)
         least = [min(abs(r.low), abs(r.high)) if turned else 1.0 for r, turned in pairs]
-        return tuple(rate * period / size**2 * (1.0 + 2.0**-48) for rate, size in zip(rates, least, strict=True))
+        each = itertools.zip_longest(rates, least, fillvalue=0.0)
+        return tuple(rate * period / size**2 * (1.0 + 2.0**-48) for rate, size in each)
 
     def parameters(self, values: Sequence[Any]) -> Mapping[str, Any]:
         """Return moving parameters at values of the coordinates: numbers, balls or duals."""
@@ -63,7 +71,11 @@ class Coordinates:
             r.name: 1.0 / value if turned else value
             for r, turned, value in zip(self.ranges, self.inverse, values, strict=True)
         }
-        return self.adjustable.settings(given, lambda name, values: for_duals(OPERATIONS[name].function)(*values))
+        places = {name: given.pop(name) for name in self.places}
+        return {
+            **self.adjustable.settings(given, lambda name, values: for_duals(OPERATIONS[name].function)(*values)),
+            **places,
+        }
 
     def named(self, values: Sequence[float]) -> dict[str, float]:
         """Return numbers of parameters by their written names, at numbers of the coordinates."""
@@ -71,8 +83,11 @@ class Coordinates:
         return {r.written: 1.0 / value if turned else value for r, turned, value in pairs}
 
     def turned(self, place: int) -> "Coordinates":
-        """Return the same ranges with one coordinate inverted, if zero is not in its range."""
-        inverse = [turned != (i == place and r.low * r.high > 0.0) for i, (r, turned) in self._numbered()]
+        """Return the same ranges with one coordinate inverted, if it is a parameter and zero is not in its range."""
+        inverse = [
+            turned != (i == place and r.low * r.high > 0.0 and r.name not in self.places)
+            for i, (r, turned) in self._numbered()
+        ]
         return replace(self, inverse=tuple(inverse))
 
     def _numbered(self) -> Iterator[tuple[int, tuple[Range, bool]]]:

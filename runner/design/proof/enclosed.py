@@ -132,6 +132,8 @@ class RestPoint:
     left: Array  # R
     step: Enclosed  # F(c, q) - c, a column
     matrix: Enclosed  # J
+    places: Sequence[Any] = ()  # where those numbers are that come to no rest of their own
+    along: Sequence[Sequence[Any]] = ()  # how the others move with each of these
 
     @cached_property
     def values(self) -> list[Any]:

@@ -49,16 +49,26 @@ class Sensors:
 
     def plan(self, parameters: Mapping[str, float]) -> Plan:
         """Return the plan of a sensor."""
-        return plan(with_parameters(self.graph, parameters))
+        places = self._places(parameters)
+        return plan(with_parameters(self.graph, {name: x for name, x in parameters.items() if name not in places}))
 
-    def about(self, planned: Plan, tick: int = 0) -> Linearisation:
-        """Return a sensor about its point of rest, else about a tick; raises `ModelError`."""
-        return linearised(planned, tick) if self.rest is None else self.rest.linearised(planned)
+    def about(self, planned: Plan, tick: int = 0, parameters: Mapping[str, float] | None = None) -> Linearisation:
+        """Return a sensor about its point of rest, at the places among its parameters, else about a tick.
+
+        Raises `ModelError`.
+        """
+        if self.rest is None:
+            return linearised(planned, tick)
+        return self.rest.linearised(planned, self._places(parameters or {}))
+
+    def _places(self, parameters: Mapping[str, float]) -> Mapping[str, float]:
+        names = set() if self.rest is None else {place.name for place in self.rest.places}
+        return {name: value for name, value in parameters.items() if name in names}
 
 
 def margins_there(sensors: Sensors, claim: Claim, parameters: Mapping[str, float]) -> Margins:
     """Return the margins of a sensor by the exact polynomials of its loop; raises `ModelError`."""
-    about = sensors.about(sensors.plan(parameters))
+    about = sensors.about(sensors.plan(parameters), parameters=parameters)
     return margins_of(about.loop(node_of(about.plan, claim.open_at)), claim.loop, claim.open_at)
 
 

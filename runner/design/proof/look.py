@@ -26,6 +26,7 @@ from proofmass.runner.design.proof.rest_norm import Start
 from proofmass.runner.host.arrays import Array
 
 _FINEST = 1e-6  # part of a side of the first box below which none is halved
+_PLACES_FIRST = 64.0  # how much finer places are halved than parameters
 _FACTORS_FIRST = 16.0  # how much finer factors are halved than parameters
 _AT_THE_BOUNDARY = "a pole lies too near the boundary of stability"
 _AT_THE_LIMIT = "the value of a sensor lies too near the limit"
@@ -69,7 +70,7 @@ class BoxLook:
             norm, disc = self._norm(box, start)
         except UndecidedError as error:
             why = str(error)
-        weights = widths(core, self.whole) if norm is None else _weights(norm, box)
+        weights = self._widths(core) if norm is None else _weights(norm, box)
         if norm is not None and disc is not None and norm.contracts():
             left = norm.family.left
             if left is None or keeps_side(left, self.claim.most):
@@ -87,6 +88,12 @@ class BoxLook:
         alone = self.claim.in_one_norm and any(half[:-1] != self.whole[:-1] for half in halves)
         begin = start if norm is None else Start(norm.of_states, norm.family.left, alone)
         return Looked(halves=halves, start=begin, why=why)
+
+    def _widths(self, core: Sides) -> list[float]:
+        """Return the parts of the sides that are left, of places first: what is known of a sensor follows them most."""
+        parts = widths(core, self.whole)
+        first = len(parts) - 1 - self.maps.places
+        return [*parts[:first], *(_PLACES_FIRST * part for part in parts[first:-1]), parts[-1]]
 
     def _region(self, core: Sides, box: Sides, norm: Norm, disc: PoleRegion) -> ProvedRegion:
         if self.claim.in_parts:

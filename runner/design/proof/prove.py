@@ -280,7 +280,7 @@ class _Proving:
                 yield from (_open(claim, error) for claim in wanted)
                 left -= len(wanted)
                 continue
-            straight = _straight(starting, self.coordinates)
+            straight = _straight(starting, self.coordinates.beside([] if rest is None else rest.ranges))
             maps = BoxMaps(starting, straight.parameters)
             period, at_rest, orbit = starting.period, rest is not None, 0.0 if rest is None else rest.orbit
             changes = straight.changes(self.rates, period or 1.0)  # in continuous time in a second

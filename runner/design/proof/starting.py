@@ -73,7 +73,8 @@ from proofmass.runner.design.proof.ball_map import (
 )
 from proofmass.runner.design.proof.ball_ticks import BallTicks, advanced, with_balls
 from proofmass.runner.design.proof.enclosed import RestPoint
-from proofmass.runner.design.proof.rest_point import RestRun, not_at_rest
+from proofmass.runner.design.proof.rest_maps import not_at_rest
+from proofmass.runner.design.proof.rest_point import RestRun
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
@@ -172,8 +173,8 @@ class RestingOutput(Starting):
         within the box.
         """
         rest, plan = self._rest.enclosed(parameters), with_balls(self._plan, parameters)
-        image, outputs = self._rest.image(plan, rest.curve)
-        around, output_around = self._rest.image(plan, rest.values)
+        image, outputs, _ = self._rest.image(plan, rest.curve)
+        around, output_around, _ = self._rest.image(plan, rest.values)
         steps = [value_of(value, SIGNALS) - c for value, c in zip(image, rest.curve, strict=True)]
         rows = [[*self._slopes(value), step] for value, step in zip(around, steps, strict=True)]
         slopes = [_mean(column) for column in zip(*map(self._slopes, output_around), strict=True)]
@@ -296,7 +297,7 @@ class StartingRates(StartingLoop):
         Raises `ModelError` where margins are not those of the start, or cannot be linearised.
         """
         signal = ".".join(node)
-        if rest is not None and rest.orbit:
+        if rest is not None and (rest.orbit or rest.places):
             raise plan.graph.placed(not_at_rest("a loop in continuous time changes along an orbit", signal)).error
         about = linearised(plan) if rest is None else rest.linearised(plan)
         try:

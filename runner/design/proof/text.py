@@ -23,8 +23,8 @@ def proofs_text(proofs: Proofs) -> str:
     """Return each claim with what came of it, and sensors that break one."""
     lines = ["interrupted: what was proved until then"] if proofs.interrupted else []
     lines += [_box(proofs)] if proofs.proofs else []
-    for about in dict.fromkeys(_about(one.claim) for one in proofs.proofs):
-        own = [one for one in proofs.proofs if _about(one.claim) == about]
+    for about in dict.fromkeys(map(_about, proofs.proofs)):
+        own = [one for one in proofs.proofs if _about(one) == about]
         lines.append(about)
         lines += text_table(list(_rows(own)), left=(0, 1, 2), indent=2)
     lines += [f"not in it: {name}, since {why}" for name, why in proofs.left_out.items()]
@@ -63,11 +63,18 @@ def _row(proof: DigitalProof) -> tuple[str, str, str]:
     return what, proof.status, proof.why
 
 
-def _about(claim: Claim) -> str:
+def _about(proof: MarginProof) -> str:
+    claim = proof.claim
     if claim.row.of_output:
         return f"from {claim.about}" if claim.loop else f"at {claim.about}"
     opened = f", opened at {claim.open_at}" if claim.open_at != claim.loop else ""
-    return f"loop {claim.loop}{opened}{', in continuous time: what discrete blocks give is held' * claim.continuous}"
+    held = ", in continuous time: what discrete blocks give is held" * claim.continuous
+    places = (f", at {name} = {_ended(*ends)}" for name, ends in proof.places.items())
+    return f"loop {claim.loop}{opened}{held}{''.join(places)}"
+
+
+def _ended(low: float, high: float) -> str:
+    return f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
 
 
 def _box(proofs: Proofs) -> str:
@@ -123,10 +130,9 @@ def _shown(proofs: Proofs) -> Iterator[str]:
 
 def _typed(what: str, proofs: Proofs, claim: Claim, parameters: Mapping[str, float]) -> Iterator[str]:
     units = {r.written: f" {r.unit}" if r.unit not in ("", "1") else "" for r in proofs.ranges}
-    settings = [
-        f' --set "{name}={value!r}{units[name]}"' for name, value in parameters.items() if name not in proofs.constants
-    ]
-    held = (f"{name} = {value:.9g}{units[name]}" for name, value in parameters.items() if name in proofs.constants)
+    held = [name for name in parameters if name in proofs.constants or name not in units]  # which nothing sets
+    settings = [f' --set "{name}={value!r}{units[name]}"' for name, value in parameters.items() if name not in held]
+    held = [f"{name} = {parameters[name]:.9g}{units.get(name, '')}" for name in held]
     yield f"{', where '.join(filter(None, [what, ', '.join(held)]))}: see it by"
     at = SETTLED if claim.at_rest else '"0 s"'
     command = f"margins GRAPH --at {at} --loop {claim.loop}"

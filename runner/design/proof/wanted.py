@@ -20,7 +20,8 @@ from proofmass.runner.derivatives.ball import UndecidedError
 from proofmass.runner.design.proof.ball_map import ChangesLaterError, Starting, StartingLoop
 from proofmass.runner.design.proof.claim import BIAS, KINDS, PEAK, RMS, SCALE_FACTOR, Claim
 from proofmass.runner.design.proof.quantity_claims import settled_claims, upper_claims
-from proofmass.runner.design.proof.rest_point import RestRun, not_at_rest
+from proofmass.runner.design.proof.rest_maps import not_at_rest
+from proofmass.runner.design.proof.rest_point import RestRun
 from proofmass.runner.design.proof.starting import (
     RestingOutput,
     StartingNoise,
@@ -59,6 +60,10 @@ class RestRuns:
                 reasons += error.problems
         try:
             rest = RestRun(self._plan, [node_of(self._plan, claim.open_at)], self._course)
+            if rest.places and claim.row.of_output:
+                raise self._plan.graph.placed(
+                    not_at_rest(f"{rest.places[0].name} comes to no rest", claim.open_at)
+                ).error
             return start(rest), rest
         except ModelError as error:
             raise ModelError([*reasons, *error.problems]) from None

@@ -15,11 +15,13 @@ import scipy.linalg
 from hypothesis import given
 from hypothesis import strategies as st
 
+from proofmass.blocks.arithmetic.elementary import sine_of_turns
+from proofmass.blocks.arithmetic.rounding import nearest_integer
 from proofmass.runner.derivatives.ball import Ball, UndecidedError, ball
 from proofmass.runner.derivatives.dual import SIGNALS, dual, slopes_of
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.derivatives.dual_plan import dual_hold
-from proofmass.runner.derivatives.polynomial import PolynomialBall
+from proofmass.runner.derivatives.polynomial import PolynomialBall, Turned
 from proofmass.runner.derivatives.taylor_model import TaylorModel, monomials, order_kept
 from tests.by_hand.taylor_models import number_at
 
@@ -177,3 +179,62 @@ def test_what_has_no_bounds_is_refused() -> None:
         _ = X**0.5
     assert isinstance(abs(X + Y / 2), Ball)
     assert PolynomialBall.coordinate(2.0, 2.0, 0).ends()[0] == pytest.approx(2.0)
+
+
+def nearest_off(x: Any) -> Any:
+    return x - nearest_integer(x)
+
+
+def turned(x: Any) -> Any:
+    return sine_of_turns(x)
+
+
+def test_what_is_known_but_for_a_turn() -> None:
+    """Half a turn or so: less the nearest whole number it is 0.45 to 0.5, or -0.5 to -0.4, and its sine is the same."""
+    x = PolynomialBall.coordinate(0.45, 0.6, 0)
+    left = for_duals(nearest_off)(x)
+    assert isinstance(left, Turned)
+    for place in (-1.0, -0.2, 0.7):
+        value = 0.525 + 0.075 * place
+        assert number_at(for_duals(turned)(left), [place]).contains(flint.arb(2 * value).sin_pi())
+    for wrong in (
+        lambda: left > 0.0,
+        lambda: left * left,
+        lambda: 1.0 / left,
+        lambda: float(left.arb),
+        lambda: abs(left),
+    ):
+        with pytest.raises(UndecidedError, match="known but for whole turns"):
+            wrong()
+
+
+def test_a_turn_that_is_missing_is_found_again() -> None:
+    """Less 0.3 the number is 0.15 to 0.3 whichever turn was taken off; another number has another nearest one."""
+    x = PolynomialBall.coordinate(0.45, 0.6, 0)
+    again = for_duals(nearest_off)(for_duals(nearest_off)(x) - 0.3)
+    assert isinstance(again, PolynomialBall)
+    low, high = again.ends()
+    assert (low, high) == pytest.approx((0.15, 0.3))
+    assert isinstance(for_duals(nearest_off)(for_duals(nearest_off)(x) + 0.5), PolynomialBall)
+    assert isinstance(for_duals(nearest_off)(for_duals(nearest_off)(x) + 1.0), Turned)
+    nearest = for_duals(nearest_integer)(x)
+    with pytest.raises(UndecidedError, match="in the middle between two whole ones"):
+        nearest + 1.0
+    with pytest.raises(UndecidedError, match="a whole number that is not known"):
+        (x + 0.0) - nearest
+
+
+def test_what_has_a_turn_of_its_own() -> None:
+    """Two pi times the number is known but for two pi: no function of turns is known of it."""
+    left = for_duals(nearest_off)(PolynomialBall.coordinate(0.45, 0.6, 0)) * (2.0 * math.pi)
+    assert left.turn == 2.0 * math.pi
+    with pytest.raises(UndecidedError):
+        for_duals(turned)(left)
+    with pytest.raises(UndecidedError):
+        for_duals(nearest_off)(left)
+
+
+def test_one_over_one_over_a_number_is_that_number() -> None:
+    """Its series about the middle would be off by the sixth power of a quarter."""
+    x = PolynomialBall.coordinate(0.75, 1.25, 0)
+    assert 1.0 / (1.0 / x) is x

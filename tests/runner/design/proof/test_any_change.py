@@ -114,7 +114,7 @@ def test_a_sensor_that_breaks_a_claim_as_it_is_breaks_it_under_any_change() -> N
 def in_parts() -> Proofs:
     """A norm serves all corners, but not what may lie between them: parts of the box have it too."""
     graph = read_graph("library:closed_loop_accelerometer")
-    return prove(graph, tolerances={"torquer.gain": "25 %", "pendulum.inertia": "25 %"}, any_change=True)
+    return prove(graph, tolerances={"torquer.gain": "43 %", "pendulum.inertia": "43 %"}, any_change=True)
 
 
 @pytest.mark.exhaustive

@@ -78,7 +78,7 @@ def test_halves_of_sides_are_never_too_short() -> None:
 
 def test_the_oldest_of_what_is_known_goes_first(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(box_maps, "_KEPT", 2)
-    maps: Any = BoxMaps(SimpleNamespace(values=1), lambda values: {})  # type: ignore[arg-type]
+    maps: Any = BoxMaps(SimpleNamespace(values=1, places=0), lambda values: {})  # type: ignore[arg-type]
     maps._over = lambda sides: sides
     assert [maps.open(one) for one in "abca"] == ["a", "b", "c", "a"]
     assert [*maps._known] == ["c", "a"]

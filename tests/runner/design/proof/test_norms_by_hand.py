@@ -132,7 +132,8 @@ def test_loops_closed_with_a_gain() -> None:
     """Two values of the wire: A + B F (1 + D F) C = 0.5 + g (2 * 5 + 3 * 7) + g^2 3 * 11 * 5."""
     found = closed_loops(GAIN, TWO, (0.5, 2.0))
     assert found.factors == 2
-    assert found.corners.middle.ravel().tolist() == [0.5 + 15.5 + 0.25 * 165.0, 0.5 + 62.0 + 4.0 * 165.0]
+    assert found.sensors is not None
+    assert found.sensors.ravel().tolist() == [0.5 + 15.5 + 41.25, 0.5 + 62.0 + 660.0, 0.5 + 38.75 + 1.5625 * 165.0]
     assert (closed_loops(GAIN, TWO, (2.0, 2.0)).factors, found.still) == (1, 0)
 
 
