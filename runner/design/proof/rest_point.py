@@ -34,14 +34,7 @@ from proofmass.runner.derivatives.taylor_model import TaylorModel, order_kept
 from proofmass.runner.design.proof.about_rest import AboutRest
 from proofmass.runner.design.proof.ball_ticks import with_balls
 from proofmass.runner.design.proof.enclosed import Enclosed, RestPoint, balls_of, near_inverse
-from proofmass.runner.design.proof.places import (
-    Image,
-    along_curves,
-    entries_of,
-    neutral,
-    put_back,
-    tangents,
-)
+from proofmass.runner.design.proof.places import Image, along_curves, entries_of, neutral, put_back, tangents
 from proofmass.runner.design.proof.rest_maps import RestMaps, not_at_rest
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.planned import Plan
@@ -105,9 +98,9 @@ class RestRun(RestMaps):
 
     def _nominal(self, name: str) -> float:
         """Return what the run has for a parameter or a place."""
-        places = {place.name: place.nominal for place in self.places}
-        if name in places:
-            return places[name]
+        place = next((place for place in self.places if place.name == name), None)
+        if place is not None:
+            return place.nominal
         block, parameter = split(name)
         return float(getattr(self._plan.blocks[block], parameter))
 
