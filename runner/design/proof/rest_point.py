@@ -63,7 +63,7 @@ class RestRun(RestMaps):
             empty = Enclosed.exact(np.zeros((0, 0)))
             return RestPoint([], np.zeros(0), empty.middle[0], empty, empty)
         centre, left, begin = self._in_the_middle({name: double_of(value)[0] for name, value in parameters.items()})
-        curve, along = balls_of(centre), begin.tolist()
+        curve, along = [_exact(x) for x in centre.tolist()], begin.tolist()
         steps = order_kept(len(parameters)) if parameters else 0
         for number in range(_ROUNDS if self.places and steps else 1):
             if number:
@@ -80,7 +80,7 @@ class RestRun(RestMaps):
 
     def _values_of(self, parameters: Mapping[str, Any]) -> list[Any]:
         """Return numbers of the places: those among parameters, else the nominal ones."""
-        return [parameters.get(p.name, p.range.nominal) for p in self.places]
+        return [parameters.get(p.name, _exact(p.range.nominal)) for p in self.places]
 
     def _in_the_middle(self, parameters: Mapping[str, float]) -> tuple[Array, Array, Array]:
         """Return about where a sensor rests, R, and how it moves with its places.
@@ -122,7 +122,7 @@ class RestRun(RestMaps):
         self, parameters: Mapping[str, float], centre: Array, along: Array, watched: bool
     ) -> tuple[Array, Array, Array]:
         """Return about where a sensor rests, by Newton's method, R, and how it moves with its places."""
-        numbers = {name: PolynomialBall(TaylorModel.constant(value)) for name, value in parameters.items()}
+        numbers = {name: _exact(value) for name, value in parameters.items()}
         plan, places = with_balls(self._plan, numbers), self._values_of(numbers)
         sizes, before, left, most = np.abs(centre), np.full(len(centre), math.inf), np.eye(len(centre)), math.inf
         for _ in range(_NEWTON):
@@ -201,7 +201,7 @@ class RestRun(RestMaps):
         """Return where the sensor as it is rests, with some of its places; raises `ModelError`."""
         try:
             with enclosing():
-                return self.enclosed({name: PolynomialBall(TaylorModel.constant(x)) for name, x in places.items()})
+                return self.enclosed({name: _exact(x) for name, x in places.items()})
         except UndecidedError as error:
             raise self._plan.graph.placed(not_at_rest(str(error), self._signal)).error from None
 
@@ -225,6 +225,11 @@ class RestRun(RestMaps):
         own = object.__new__(cls)
         vars(own).update(vars(other) | {"_plan": plan})
         return own
+
+
+def _exact(number: float) -> PolynomialBall:
+    """Return a number as one that follows coordinates, which no converter rounds."""
+    return PolynomialBall(TaylorModel.constant(number))
 
 
 def _fits(point: RestPoint) -> bool:
