@@ -48,7 +48,7 @@ _UP, _LEAST = 1.0 + 1e-12, 1e-60  # more than the rounding of sums, and beside z
 
 
 @dataclass(frozen=True)
-class Place:
+class NeutralPlace:
     """A number of what is remembered that comes to no rest of its own, and all that it may be."""
 
     entry: Entry
@@ -84,7 +84,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Around:
-    """What is known about a memory: that of the start of the run, the map of a period, and a run on from there."""
+    """Surroundings of a memory: that of the start of the run, the map of a period, and a run on from there."""
 
     entries: Sequence[Entry]
     memory: Memory
@@ -93,7 +93,7 @@ class Around:
     mapped: Callable[[Memory], Array]
     after: Callable[[Memory], Memory]
 
-    def place(self, entry: Entry, along: Mapping[Entry, float]) -> tuple[Place, Memory]:
+    def place(self, entry: Entry, along: Mapping[Entry, float]) -> tuple[NeutralPlace, Memory]:
         """Return a place with its range: a turn if all comes round with one, else where it went from its start on.
 
         Where nothing follows it that is the start alone, and the memory is that with the place there.
@@ -106,11 +106,11 @@ class Around:
         scale = np.abs(here) @ np.abs(self._numbers(self.memory))
         off = self._numbers(self.after(self._moved({entry: 1.0}))) - self._numbers(self.after(self.memory))
         if (np.abs(off) <= _ROUNDED * scale).all():
-            return Place(entry, now, -0.5, 0.5, turns=True), self.memory
+            return NeutralPlace(entry, now, -0.5, 0.5, turns=True), self.memory
         moved = self._moved({one: (first - now) * by for one, by in along.items()})
         if (np.abs(self.mapped(moved) - here) @ np.abs(self._numbers(self.memory)) <= _ALIKE * scale).all():
-            return Place(entry, first, first, first, alone=True), moved
-        return Place(entry, now, min(first, now), max(first, now)), self.memory
+            return NeutralPlace(entry, first, first, first, alone=True), moved
+        return NeutralPlace(entry, now, min(first, now), max(first, now)), self.memory
 
     def _numbers(self, memory: Memory) -> Array:
         return np.array([float(held_in(memory, one, self.rings)) for one in self.entries])
@@ -124,7 +124,7 @@ class Around:
 
 
 class Image(NamedTuple):
-    """What comes of some numbers in a period."""
+    """Outcome of a period for some numbers."""
 
     after: list[Any]
     outputs: list[Any]

@@ -1,4 +1,4 @@
-"""What is remembered at a point of rest or on an orbit, and its map F over a tick or whole periods.
+"""Maps F of what is remembered at a point of rest or on an orbit, over a tick or whole periods.
 
 F is that of ideal converters, without noise, with sources that are constant, or come round, from the operating point
 on. Of what comes to no rest of its own, the `places`, F has how far it moves.
@@ -22,7 +22,7 @@ from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.derivatives.ball import UndecidedError
 from proofmass.runner.derivatives.dual import SIGNALS, Dual, dual, plain, slopes_of
 from proofmass.runner.design.proof.ball_ticks import RestTicks, advanced
-from proofmass.runner.design.proof.places import Around, Image, Place, neutral
+from proofmass.runner.design.proof.places import Around, Image, NeutralPlace, neutral
 from proofmass.runner.design.proof.rest_sources import LATE, MOST_PERIODS, RestSources
 from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.host.arrays import Array
@@ -37,7 +37,7 @@ class RestMaps:
     """Maps of what the sensors of a plan remember, as far as outputs depend on it."""
 
     entries: tuple[Entry, ...]  # what moves
-    places: tuple[Place, ...]  # what comes to no rest of its own
+    places: tuple[NeutralPlace, ...]  # what comes to no rest of its own
 
     def __init__(self, plan: Plan, outputs: Sequence[Endpoint], course: Course) -> None:
         """Raises `ModelError` where the plan does not settle or come round, counts on, or cannot be enclosed."""
