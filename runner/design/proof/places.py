@@ -162,13 +162,15 @@ def neutral(a: Array, chosen: Sequence[int] | None = None) -> tuple[Sequence[int
         return [], np.zeros((0, 0))
     apart = np.sort(np.abs(np.linalg.eigvals(a) - 1.0))
     within = _NEUTRAL if chosen is None else 0.5 * float(apart[len(chosen) - 1] + apart[len(chosen)])
-    _, vectors, count = scipy.linalg.schur(a, sort=lambda re, im=0.0: abs(re + 1j * im - 1.0) < within)
+    schur: Any = scipy.linalg.schur
+    _, vectors, count = schur(a, sort=lambda re, im=0.0: abs(re + 1j * im - 1.0) < within)
     if chosen is not None and count != len(chosen):
         raise UndecidedError(_UNKNOWN)
     basis = vectors[:, :count]
     if chosen is None:
+        qr: Any = scipy.linalg.qr
         weighted = basis * np.abs(np.diag(a))[:, None]
-        order = scipy.linalg.qr(weighted.T, pivoting=True, mode="r")[1] if count else []
+        order = qr(weighted.T, pivoting=True, mode="r")[1] if count else []
         chosen = sorted(int(i) for i in order[:count])
     try:
         along = basis @ np.linalg.inv(basis[chosen])
