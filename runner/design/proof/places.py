@@ -160,6 +160,8 @@ def neutral(a: Array, chosen: Sequence[int] | None = None) -> tuple[Sequence[int
     n = len(a)
     if not n:
         return [], np.zeros((0, 0))
+    if not np.isfinite(a).all():
+        raise UndecidedError(_UNKNOWN)
     apart = np.sort(np.abs(np.linalg.eigvals(a) - 1.0))
     within = _NEUTRAL if chosen is None else 0.5 * float(apart[len(chosen) - 1] + apart[len(chosen)])
     schur: Any = scipy.linalg.schur
