@@ -41,6 +41,7 @@ from proofmass.runner.plan.memory import Memory
 _UNKNOWN = "how sensors move with their places is not known"
 _NEUTRAL = 1e-7  # distance from one of the pole of a place
 _ALIKE = 1e-6  # part of a map by which it is the same at another place
+_TRIED = 1e-3  # part of a number, to another place of one that is where it started
 _ROUNDED = 1e-9  # part of what makes up a number, by which a turn may move it
 _SLOW = 1e-5  # of a turn, or in the unit of the place: so far it moves in a period while the sensor stays about it
 _STEPS, _WIDENED, _ROOM = 8, 30, 1.5  # of curves, of what is unknown of them, and how much further than needed it is
@@ -107,9 +108,11 @@ class Around:
         off = self._numbers(self.after(self._moved({entry: 1.0}))) - self._numbers(self.after(self.memory))
         if (np.abs(off) <= _ROUNDED * scale).all():
             return NeutralPlace(entry, now, -0.5, 0.5, turns=True), self.memory
-        moved = self._moved({one: (first - now) * by for one, by in along.items()})
-        if (np.abs(self.mapped(moved) - here) @ np.abs(self._numbers(self.memory)) <= _ALIKE * scale).all():
-            return NeutralPlace(entry, first, first, first, alone=True), moved
+        step = first - now or _TRIED * max(abs(now), 1.0)
+        tried = self._moved({one: step * by for one, by in along.items()})
+        if (np.abs(self.mapped(tried) - here) @ np.abs(self._numbers(self.memory)) <= _ALIKE * scale).all():
+            there = {one: (first - now) * by for one, by in along.items()}
+            return NeutralPlace(entry, first, first, first, alone=True), self._moved(there)
         return NeutralPlace(entry, now, min(first, now), max(first, now)), self.memory
 
     def _numbers(self, memory: Memory) -> Array:

@@ -1,7 +1,7 @@
 """Places: a loop about a carrier whose phase nothing holds, curves with known slopes, and loops that are not stable."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -11,13 +11,15 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.analysis.linearisation.forward import Course
+from proofmass.runner.analysis.linearisation.rings import Rings
 from proofmass.runner.analysis.margins.margins import margins_of
 from proofmass.runner.derivatives.ball import Ball, UndecidedError, enclosing
 from proofmass.runner.derivatives.taylor_model import TaylorModel
-from proofmass.runner.design.proof.places import check_unseen, neutral, returned, tangents
+from proofmass.runner.design.proof.places import Around, check_unseen, neutral, returned, tangents
 from proofmass.runner.design.proof.prove import Proofs
 from proofmass.runner.design.proof.rest_point import RestRun
 from proofmass.runner.design.proof.text import proofs_text
+from proofmass.runner.plan.memory import Memory
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.verification.certificates import certificate
 from proofmass.runner.verification.proof_checker import check_certificate
@@ -223,3 +225,29 @@ def test_the_closed_loop_gyroscope_at_each_phase_of_its_carrier() -> None:
     found = prove(graph, "rate", gain_margin="25 dB", phase_margin="70 deg", seconds=1500, workers=1)
     assert status(found) == ["proved"] * 3
     assert len(check_certificate(certificate(found))) == 3
+
+
+class Held(NamedTuple):
+    held: float
+
+
+def test_a_number_that_others_follow_is_not_alone_where_it_started() -> None:
+    """x' = (0.5 + 0.1 p) x, p' = p: at p = 1, where p has always been, the map of x follows it."""
+    entries: Any = [("x", "held", -1), ("p", "held", -1)]
+
+    def memory(x: float, p: float) -> Memory:
+        return Memory(0, {"x": Held(x), "p": Held(p)}, {}, {}, {})
+
+    def mapped(at: Memory) -> Any:
+        x, p = (float(at.states[name][0]) for name in "xp")
+        return np.array([[0.5 + 0.1 * p, 0.1 * x], [0.0, 1.0]])
+
+    def after(at: Memory) -> Memory:
+        x, p = (float(at.states[name][0]) for name in "xp")
+        return memory((0.5 + 0.1 * p) * x, p)
+
+    there = memory(2.0, 1.0)
+    place, _ = Around(entries, there, there, Rings(), mapped, after).place(
+        entries[1], {entries[1]: 1.0, entries[0]: 0.0}
+    )
+    assert (place.alone, place.turns, place.low, place.high) == (False, False, 1.0, 1.0)
