@@ -9,10 +9,10 @@ later ones, so that the inverse is a sum of as many powers as a period has value
 The matrix is a polynomial of d_i / h_i, and lies between those at the corners of the box: each term
 c d^k with a power of two or more adds |c|, since even powers are 1 at all corners, and of d^k -
 d^(k mod 2) no more than 1 is left. An amplifier's gain has no such term: all of its tolerance is
-exact. Coordinates beyond the first few stay in the middle, and their terms add |c| too. Of loops
-whose ticks are known each such term adds its spectral norm instead, in the coordinates of the norm:
-corners are moved by half of c where d^k is never negative, so that half of it is left. Their states
-are turned into coordinates S, in which what is unknown is narrow: S^-1 A S has the poles of A.
+exact. Coordinates beyond the first few stay in the middle, and their terms add |c| too. Of sampled
+loops each such term adds its spectral norm instead, in the coordinates of the norm: corners are
+moved by half of c where d^k is never negative, so that half of it is left. Their states are turned
+into coordinates S, in which what is unknown is narrow: S^-1 A S has the poles of A.
 
 All complex factors (2 + a d) / (2 - a d) with |d| <= 1 are one matrix. With E = (I - D)^-1 it is
 

@@ -16,8 +16,8 @@ Oscillations, section 1.5). With T within E of a guess,
 
     |R (H + J_x E - T P_x E - E (P_x T + P_p) - E P_x E) + E| <= |E|,   H = J_x T + J_p - T (P_x T + P_p)
 
-shows T, for any R. It is near that of the point of rest. The place moves by d in a period: either
-slowly, so that it is one as good as at rest, or nothing follows it.
+shows that there is such a T: R is that of the point of rest, which is regular. The place moves by d
+in a period: either slowly, so that it is one as good as at rest, or nothing follows it.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -100,10 +100,8 @@ class Around:
         Where nothing follows it that is the start alone, and the memory is that with the place there.
         All else moves `along` with it.
         """
-        here, (first, now) = (
-            self.mapped(self.memory),
-            (held_in(m, entry, self.rings) for m in (self.begun, self.memory)),
-        )
+        first, now = (held_in(memory, entry, self.rings) for memory in (self.begun, self.memory))
+        here = self.mapped(self.memory)
         scale = np.abs(here) @ np.abs(self._numbers(self.memory))
         off = self._numbers(self.after(self._moved({entry: 1.0}))) - self._numbers(self.after(self.memory))
         if (np.abs(off) <= _ROUNDED * scale).all():
