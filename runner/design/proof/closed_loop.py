@@ -119,7 +119,8 @@ class OpenCorners:
     @property
     def proving(self) -> "OpenCorners":
         """The loop with what proves alone: no more has to travel and to be kept."""
-        rest = None if self.rest is None else replace(self.rest, curve=self.rest.centre.tolist())
+        there = self.rest
+        rest = None if there is None else replace(there, curve=there.centre.tolist(), places=(), along=())
         return replace(self, around=None, ticks=None, rest=rest)
 
 

@@ -1,6 +1,7 @@
 """Places: a loop about a carrier whose phase nothing holds, curves with known slopes, and loops that are not stable."""
 
 import math
+import pickle
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +16,8 @@ from proofmass.runner.analysis.linearisation.rings import Rings
 from proofmass.runner.analysis.margins.margins import margins_of
 from proofmass.runner.derivatives.ball import Ball, UndecidedError, enclosing
 from proofmass.runner.derivatives.taylor_model import TaylorModel
+from proofmass.runner.design.proof.closed_loop import OpenCorners
+from proofmass.runner.design.proof.enclosed import Enclosed
 from proofmass.runner.design.proof.places import Around, check_unseen, neutral, returned, tangents
 from proofmass.runner.design.proof.prove import Proofs
 from proofmass.runner.design.proof.rest_point import RestRun
@@ -91,6 +94,17 @@ def test_a_sensor_at_a_place(place: float) -> None:
     about = rest.linearised(plan(graph), {"carrier:turns": place})
     figures: Any = margins_of(about.loop(node), "level", "controller.output")
     assert figures.least_gain_margin == pytest.approx(LEAST, abs=1e-9)
+
+
+def test_what_proves_a_place_goes_from_process_to_process() -> None:
+    graph = read_graph_text(CARRIED)
+    rest = RestRun(plan(graph), [("controller", "output")], Course(plan(graph)))
+    with enclosing():
+        point = rest.enclosed({})
+    assert point.places
+    sent = OpenCorners(0, 1, Enclosed.exact(np.zeros((1, 1))), None, point, (), 0).proving
+    again = pickle.loads(pickle.dumps(sent))
+    assert again.rest.as_data() == point.as_data()
 
 
 @pytest.mark.exhaustive
