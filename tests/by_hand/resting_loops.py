@@ -83,6 +83,44 @@ kind = "GapClosingActuator"
 push_pull = false
 bias = 30.0
 """
+# A follower of a turn, a quarter of a fringe behind: x += 0.3 cos(turn - x), so that it rests at turn + pi / 2.
+FRINGES = """
+name = "fringes"
+rate = "1 kHz"
+duration = "100 ms"
+wires = [
+    "turn.output -> apart.first", "follower.output -> apart.second", "apart.output -> light.phase",
+    "light.power -> error.first", "mean.output -> error.second", "error.output -> follower.input",
+]
+
+[blocks.turn]
+kind = "Constant"
+value = "0 rad"
+unit = "rad"
+
+[blocks.apart]
+kind = "Difference"
+unit = "rad"
+
+[blocks.light]
+kind = "Interferometer"
+peak = "2 W"
+
+[blocks.mean]
+kind = "Constant"
+value = "1 W"
+unit = "W"
+
+[blocks.error]
+kind = "Difference"
+unit = "W"
+
+[blocks.follower]
+kind = "DiscreteIntegrator"
+gain = "300 rad/(W s)"
+input_unit = "W"
+output_unit = "rad"
+"""
 GAP, CAPACITANCE = 4e-6, 0.1e-12
 PULL_IN = math.sqrt(8.0 * STIFFNESS * GAP**2 / (27.0 * CAPACITANCE))
 

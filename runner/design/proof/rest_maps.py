@@ -42,6 +42,7 @@ class RestMaps:
     def __init__(self, plan: Plan, outputs: Sequence[Endpoint], course: Course) -> None:
         """Raises `ModelError` where the plan does not settle or come round, counts on, or cannot be enclosed."""
         self._plan, self._outputs, self.course = plan, tuple(outputs), course
+        self._begun = plan  # whose run leads there, where the plan is that of another sensor
         ends = Ends((), self._outputs, everything=True)
         self.upstream, _ = ends.blocks(plan)
         solvers = [one for one in plan.solvers if self.upstream & set(one.group.blocks)]

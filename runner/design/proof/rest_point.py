@@ -19,6 +19,7 @@ the operating point on. It is of a tick in which all blocks compute, or of whole
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -40,7 +41,7 @@ from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.planned import Plan
 
 _NEWTON, _WIDENED, _NEAR = 12, 16, 1e-13  # steps at most, and part of a number that ends Newton's
-_STEPS, _FOLLOWED = (1, 2, 4, 8, 16), 1e-3  # of parameters, and the part of a number that a last step may move it
+_STEPS, _FOLLOWED = (1, 2, 4, 8, 16), 0.75  # of parameters, and how far R may turn in a step of Newton's
 _CLOSE, _LEAST = 1e-15, 1e-70  # reaches at least: part of a number, and beside zero
 _FARTHEST = 1e30  # beyond which no reach is tried
 _NOWHERE = "no point of rest is enclosed: something on the way does not settle, or bends too much"
@@ -102,46 +103,55 @@ class RestRun(RestMaps):
         if place is not None:
             return place.nominal
         block, parameter = split(name)
-        return float(getattr(self._plan.blocks[block], parameter))
+        return float(getattr(self._begun.blocks[block], parameter))
 
     def _followed(
         self, begin: Mapping[str, float], end: Mapping[str, float], steps: int, watched: bool = True
     ) -> tuple[Array, Array, Array]:
         """Return where some steps lead; raises `UndecidedError` where Newton's method, if `watched`, does not."""
-        centre, left, along, before = np.array(self._start), np.eye(len(self._start)), self._along, dict(begin)
+        centre, along, before = np.array(self._start), self._along, dict(begin)
+        left = self._begun_left if watched else np.eye(len(centre))
         for step in range(1, steps + 1):
             now = {name: begin[name] + (value - begin[name]) * (step / steps) for name, value in end.items()}
             apart = [0.0 if place.turns else now[place.name] - before[place.name] for place in self.places]
             if any(apart):
                 centre = centre + along @ apart
-            centre, left, along = self._newton(now, centre, along, watched)
+            centre, left, along = self._newton(now, centre, along, left if watched else None)
             before = now
         return centre, left, along
 
+    @cached_property
+    def _begun_left(self) -> Array:
+        """R where the run rests."""
+        own, places = RestRun.like(self, self._begun), {place.name: place.nominal for place in self.places}
+        return own._newton(places, np.array(self._start), self._along, None)[1]
+
     def _newton(
-        self, parameters: Mapping[str, float], centre: Array, along: Array, watched: bool
+        self, parameters: Mapping[str, float], centre: Array, along: Array, known: Array | None
     ) -> tuple[Array, Array, Array]:
-        """Return about where a sensor rests, by Newton's method, R, and how it moves with its places."""
+        """Return about where a sensor rests, by Newton's method, R, and how it moves with its places.
+
+        Raises `UndecidedError` where R, if it is `known` at another sensor, leaps on the way from there.
+        """
         numbers = {name: _exact(value) for name, value in parameters.items()}
         plan, places = with_balls(self._plan, numbers), self._values_of(numbers)
-        sizes, before, left, most = np.abs(centre), np.full(len(centre), math.inf), np.eye(len(centre)), math.inf
+        sizes, before, left = np.abs(centre), np.full(len(centre), math.inf), np.eye(len(centre))
         for _ in range(_NEWTON):
             image = self.image(plan, balls_of(centre), places)
             if self.places:
                 along = self._along_there(image)
             after = put_back(image, along.tolist())
             left = near_inverse(self._matrix(after))
+            if known is not None and not _turned(left, known) <= _FOLLOWED:
+                raise UndecidedError(_NOWHERE)
+            known = known if known is None else left
             by = left @ np.array([double_of(plain(x))[0] for x in after] - centre)
             if not np.isfinite(by).all():
                 break
-            scale = np.abs(left) @ np.abs(centre) + np.abs(by)
             centre, sizes = centre + by, np.maximum(sizes, np.abs(by))
-            part = float(np.max(np.abs(by) / (scale + 1e-300), initial=0.0))
-            if watched and part > max(0.5 * most, _FOLLOWED):
-                raise UndecidedError(_NOWHERE)
             if bool(((np.abs(by) <= _NEAR * sizes) | (np.abs(by) >= 0.5 * before)).all()):  # or rounding is left
                 break
-            before, most = np.abs(by), part
+            before = np.abs(by)
         return centre, left, along
 
     def _along_there(self, image: Image) -> Array:
@@ -201,9 +211,19 @@ class RestRun(RestMaps):
         """Return where the sensor as it is rests, with some of its places; raises `ModelError`."""
         try:
             with enclosing():
-                return self.enclosed({name: _exact(x) for name, x in places.items()})
+                return self.enclosed({name: _exact(x) for name, x in {**self._moved(), **places}.items()})
         except UndecidedError as error:
             raise self._plan.graph.placed(not_at_rest(str(error), self._signal)).error from None
+
+    def _moved(self) -> dict[str, float]:
+        """Return the parameters, a number each, that are not those of the run."""
+        pairs = ((name, block, self._begun.blocks[name]) for name, block in self._plan.blocks.items())
+        both = (
+            (f"{name}.{parameter}", getattr(block, parameter), getattr(begun, parameter))
+            for name, block, begun in pairs
+            for parameter in type(block).parameters
+        )
+        return {name: value for name, value, before in both if isinstance(value, float) and value != before}
 
     def linearised(self, plan: Plan, places: Mapping[str, float] | None = None) -> Linearisation:
         """Return a plan with other parameters about its own point of rest, at some places; raises `ModelError`."""
@@ -230,6 +250,11 @@ class RestRun(RestMaps):
 def _exact(number: float) -> PolynomialBall:
     """Return a number as one that follows coordinates, which no converter rounds."""
     return PolynomialBall(TaylorModel.constant(number))
+
+
+def _turned(left: Array, before: Array) -> float:
+    """Return how far R is from what it was: from one on, two points of rest may have met on the way."""
+    return float(np.max(np.abs(np.linalg.eigvals(np.linalg.solve(left, before)) - 1.0)))
 
 
 def _fits(point: RestPoint) -> bool:
