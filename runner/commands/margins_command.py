@@ -10,7 +10,6 @@ import click
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study_reader import read_study
-from proofmass.runner.analysis.limit_cycles.quasi_linear import with_gains
 from proofmass.runner.analysis.linearisation.find_loops import find_loops
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
@@ -24,7 +23,6 @@ from proofmass.runner.commands.declarations.graphs import MarginsRequest
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
-from proofmass.runner.commands.several_loops import show_over, show_together
 from proofmass.runner.planning.plan import plan
 
 if TYPE_CHECKING:
@@ -36,12 +34,18 @@ if TYPE_CHECKING:
 def show_margins(request: MarginsRequest) -> int:
     """Show margins of a graph and return the exit code; raises `ModelError` if one is missed."""
     if request.over == "age":
+        # start-up time: only this option needs it, and those of several loops
+        from proofmass.runner.commands.several_loops import show_over
+
         study = read_study(request.graph, own_blocks(request.own))
         return show_over(study, "age", request.loop, request.at, request.picture, request.as_json)
     graph = graph_of(request.graph, request.own, request.changes)
     if request.limit_cycle:
         return _show_limit_cycles(graph, request)
     if request.gains or request.amplitudes:
+        # start-up time: only these options need it
+        from proofmass.runner.analysis.limit_cycles.quasi_linear import with_gains
+
         graph = with_gains(graph, _pairs("--gain", request.gains), _pairs("--amplitude", request.amplitudes))
     if request.together or request.others or request.over:
         return _show_several(graph, request)
@@ -99,6 +103,9 @@ def _show_limit_cycles(graph: Graph, request: MarginsRequest) -> int:
 
 
 def _show_several(graph: Graph, request: MarginsRequest) -> int:
+    # start-up time: only these options need it
+    from proofmass.runner.commands.several_loops import show_over, show_together
+
     if request.over and (request.together or request.others):
         raise click.UsageError("--over shows loops one by one: leave out --together and --with")
     if request.over:
