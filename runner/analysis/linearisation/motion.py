@@ -12,6 +12,7 @@ may be closed for a tick.
 """
 
 from collections.abc import Collection, Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,7 +20,9 @@ from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.host.arrays import Array, Complex
 from proofmass.runner.plan.keys import StateField
-from proofmass.runner.targets.native import CompiledLoop
+
+if TYPE_CHECKING:
+    from proofmass.runner.targets.native import CompiledLoop
 
 INSTANTS = 16  # at which a loop is looked at that moves
 _GRID = 900  # frequencies
@@ -51,7 +54,7 @@ def _limits(loop: OpenLoop) -> Array:
     return np.asarray(w[[place for place in (inside, outside) if place is not None]])
 
 
-def jumps(run: CompiledLoop, blocks: Collection[str]) -> list[int]:
+def jumps(run: "CompiledLoop", blocks: Collection[str]) -> list[int]:
     """Return the ticks from now on in which a whole number in the states of some blocks does not count on as before."""
     counters = [
         key for key, kind in run.kinds() if isinstance(key, StateField) and kind is not float and key.block in blocks
