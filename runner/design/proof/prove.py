@@ -275,7 +275,7 @@ class _Proving:
         left = sum(len(wanted) for _, wanted in subjects)
         for start, wanted in subjects:
             try:
-                starting, rest = self.rests.begun(start, wanted[0])
+                starting, rest = self.rests.begun(start, wanted[0], self._is_over)
             except ModelError as error:
                 yield from (_open(claim, error) for claim in wanted)
                 left -= len(wanted)
@@ -292,6 +292,9 @@ class _Proving:
                     yield self._proof(attempt, claim, left)
                     left -= 1
                 self.lost.append(attempt.ahead.died)
+
+    def _is_over(self) -> bool:
+        return self.stop.is_set() or time.monotonic() >= self.end
 
     def _proof(self, attempt: Attempt, claim: Claim, left: int) -> MarginProof:
         now = time.monotonic()

@@ -4,7 +4,8 @@ F is that of ideal converters, without noise, with sources that are constant, or
 on. Of what comes to no rest of its own, the `places`, F has how far it moves.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -30,6 +31,8 @@ from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 
 _LONG = 1 << 16  # ticks of a run that does not settle
+TIME_IS_UP = "the time is up"  # why a claim is open
+_AT_ONCE = 16  # ticks between two looks at the clock
 _MOST_NUMBERS = 256  # at the starts of all periods of an orbit: matrices are as large
 
 
@@ -42,6 +45,7 @@ class RestMaps:
     def __init__(self, plan: Plan, outputs: Sequence[Endpoint], course: Course) -> None:
         """Raises `ModelError` where the plan does not settle or come round, counts on, or cannot be enclosed."""
         self._plan, self._outputs, self.course = plan, tuple(outputs), course
+        self._is_over: Callable[[], bool] | None = None
         self._begun = plan  # whose run leads there, where the plan is that of another sensor
         ends = Ends((), self._outputs, everything=True)
         self.upstream, _ = ends.blocks(plan)
@@ -177,7 +181,9 @@ class RestMaps:
             most = min(MOST_PERIODS, _MOST_NUMBERS // max(1, len(self.entries)))
         if turn > most:
             what = f"sources come round after {turn} periods, with {len(self.entries)} numbers in each"
-            problem = replace(not_at_rest(what, self._signal), expected=f"at most {most} periods")
+            what = f"{len(self.entries)} numbers move in a period" if turn == 1 else what
+            expected = f"at most {_MOST_NUMBERS} numbers" if turn == 1 else f"at most {most} periods"
+            problem = replace(not_at_rest(what, self._signal), expected=expected)
             raise self._plan.graph.placed(problem).error
         for periods in range(turn, most + 1, turn):
             moved = self._after(self._ticks, periods)
@@ -199,7 +205,7 @@ class RestMaps:
         engine = RestTicks(plan, begin.copy(), self.upstream, self._outputs, self.steps)
         images = list[Any]()
         for number in range(1, self.periods + 1):
-            advanced(engine, self.tick + number * self._ticks)
+            self._advance(engine, self.tick + number * self._ticks)
             memory = engine.memory()
             images.append([held_in(memory, entry, self._rings) for entry in self.entries])
             if number < self.periods:
@@ -213,6 +219,21 @@ class RestMaps:
             for place, value in zip(self.places, places, strict=True)
         ]
         return Image(image, [value for node in self._outputs for value in engine.recorded[node]], passed)
+
+    def _advance(self, engine: RestTicks, last: int) -> None:
+        while engine.memory().tick < last:
+            if self._is_over is not None and self._is_over():
+                raise UndecidedError(f"{TIME_IS_UP} in a period of {self._ticks:,} ticks")
+            advanced(engine, min(last, engine.memory().tick + _AT_ONCE))
+
+    @contextmanager
+    def until(self, is_over: Callable[[], bool]) -> Iterator[None]:
+        """Raise `UndecidedError` in what is asked for meanwhile once the time is over."""
+        self._is_over = is_over
+        try:
+            yield
+        finally:
+            self._is_over = None
 
     def memory_of(self, plan: Plan, values: Sequence[Any], places: Sequence[Any] = (), seeded: bool = True) -> Memory:
         """Return the memory at the operating point with the first of some numbers, each of which has a direction.

@@ -21,10 +21,10 @@ from proofmass.runner.design.proof.claim import Claim
 from proofmass.runner.design.proof.coordinates import ProvedRegion, Sides
 from proofmass.runner.design.proof.look import NOT_IN_ONE, STAYS, Looked, halved, widths
 from proofmass.runner.design.proof.passages import halved_places, too_soon
+from proofmass.runner.design.proof.rest_maps import TIME_IS_UP
 from proofmass.runner.design.proof.rest_norm import Start
 from proofmass.runner.host.forked import Forked
 
-_TIME_IS_UP = "the time is up"
 WORTH_SECONDS = 0.5  # of looks here, before processes are started: these take 30 ms, and as much again to warm up
 _WAITS = 0.05  # seconds between looks at the time
 
@@ -159,7 +159,7 @@ class ProofSearch:
                     return ended("open", part.box, looked.why)
             left += part.halves
         if late:
-            return ended("open", late[0], _TIME_IS_UP)
+            return ended("open", late[0], TIME_IS_UP)
         if self.claim.in_one_norm and not _have_one_norm(leaves):
             return Searched("open", (), boxes, 0.0, None, NOT_IN_ONE)
         return Searched("proved", tuple(leaves), boxes, 1.0)

@@ -20,7 +20,7 @@ from proofmass.runner.derivatives.ball import UndecidedError
 from proofmass.runner.design.proof.ball_map import ChangesLaterError, Starting, StartingLoop
 from proofmass.runner.design.proof.claim import BIAS, KINDS, PEAK, RMS, SCALE_FACTOR, Claim
 from proofmass.runner.design.proof.quantity_claims import settled_claims, upper_claims
-from proofmass.runner.design.proof.rest_maps import not_at_rest
+from proofmass.runner.design.proof.rest_maps import TIME_IS_UP, not_at_rest
 from proofmass.runner.design.proof.rest_point import RestRun
 from proofmass.runner.design.proof.starting import (
     RestingOutput,
@@ -45,10 +45,12 @@ class RestRuns:
         if at not in (AUTO, SETTLED) and tick_of_time(plan, at):
             raise _another_time(at).error
 
-    def begun(self, start: Callable[[RestRun | None], _Begun], claim: Claim) -> tuple[_Begun, RestRun | None]:
+    def begun(
+        self, start: Callable[[RestRun | None], _Begun], claim: Claim, is_over: Callable[[], bool]
+    ) -> tuple[_Begun, RestRun | None]:
         """Return what a claim is about, at the start if it is the same later, else at rest, and where that is.
 
-        Raises `ModelError` where there is none.
+        Raises `ModelError` where there is none, or where the time is over.
         """
         reasons = list[Problem]()
         if self._at != SETTLED and claim.kind != BIAS:
@@ -59,12 +61,15 @@ class RestRuns:
                     raise
                 reasons += error.problems
         try:
+            if is_over():
+                raise UndecidedError(TIME_IS_UP)
             rest = RestRun(self._plan, [node_of(self._plan, claim.open_at)], self._course)
             if rest.places and claim.row.of_output:
                 raise self._plan.graph.placed(
                     not_at_rest(f"{rest.places[0].name} comes to no rest", claim.open_at)
                 ).error
-            return start(rest), rest
+            with rest.until(is_over):
+                return start(rest), rest
         except ModelError as error:
             raise ModelError([*reasons, *error.problems]) from None
         except UndecidedError as error:

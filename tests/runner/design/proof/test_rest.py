@@ -10,19 +10,14 @@ import pytest
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph, read_graph_text
-from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.design.proof.prove import Proofs, prove
-from proofmass.runner.design.proof.rest_point import RestRun
 from proofmass.runner.design.proof.text import proofs_text
-from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.simulate import simulate
 from proofmass.runner.verification.certificates import certificate
 from proofmass.runner.verification.proof_checker import check_certificate
 from tests.by_hand.amounts import chosen
 from tests.by_hand.resting_loops import (
-    FRINGES,
     PLATE,
     PULL_IN,
     QUADRATIC,
@@ -48,25 +43,6 @@ def bias(limits: Any, graph: Graph = LOOP, output: str = "plant.output", **more:
 @pytest.fixture(scope="module")
 def proved() -> Proofs:
     return bias([0.999 * LEAST, 1.001 * MOST], gain_margin="17.5 dB", phase_margin="45 deg")
-
-
-@pytest.mark.defect(
-    "S867",
-    before='"stable" was refuted by a sensor that was taken at the other edge of its fringe',
-    after="proved: a follower stays at its edge",
-)
-def test_a_sensor_stays_on_its_side_of_a_fringe() -> None:
-    graph = read_graph_text(FRINGES)
-    found = prove(graph, tolerances={"turn.value": [0.0, 6.5]}, at="settled")
-    assert status(found) == ["proved"] * 3
-
-
-@pytest.mark.parametrize("turn", [2.0, 3.0, 5.0, -4.0, -9.0])
-def test_a_sensor_rests_where_it_is_led_by_its_parameters(turn: float) -> None:
-    graph, node = read_graph_text(FRINGES), ("follower", "output")
-    rest = RestRun(plan(graph), [node], Course(plan(graph)))
-    there = rest.value(plan(with_parameters(graph, {"turn.value": turn})))
-    assert there[0] == pytest.approx(turn + 0.5 * math.pi, abs=1e-12)
 
 
 # -- closed forms ------------------------------------------------------------------------------------------------------
