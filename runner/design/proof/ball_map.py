@@ -174,8 +174,10 @@ class StartingLoop(Starting):
             raise changes_later(plan, f"the loop through {signal}", node, _OF_START)
         between = point.map.between()
         if not between.order:
-            message = f"what goes in at {signal} does not come back at the start of the run"
-            raise plan.graph.placed(Problem(message=message, key=signal, path=("blocks", node[0]))).error
+            where = "at the start of the run" if rest is None else "at rest"
+            message = f"what goes in at {signal} does not come back {where}"
+            open_there = plan.graph.placed(Problem(message=message, key=signal, path=("blocks", node[0])))
+            raise ChangesLaterError([open_there]) if rest is None else open_there.error
         if between.order > MOST_STATES or len(between.outputs) > MOST_VALUES:
             values = f"{len(between.outputs)} values of its wire in a period"
             has = f"the loop through {signal} has {between.order} states and {values}"

@@ -51,3 +51,22 @@ def test_the_time_is_up_on_the_way_to_a_point_of_rest() -> None:
     assert stable.status == "open"
     assert stable.searched.why.startswith("the time is up")
     assert [one.searched.why for one in others] == [stable.searched.why] * 2
+
+
+def test_a_loop_that_is_open_at_the_start_is_looked_at_where_it_rests() -> None:
+    """A relay has no slope anywhere: both reasons are told, and at the start alone the one."""
+    graph = read_graph_text("""
+name = "relay"
+rate = "1 kHz"
+duration = "10 ms"
+wires = ["sign.output -> integrator.input", "integrator.output -> minus.input", "minus.output -> sign.input"]
+blocks.sign.kind = "Sign"
+blocks.minus = { kind = "Gain", gain = -1.0 }
+blocks.integrator = { kind = "DiscreteIntegrator", gain = "300 1/s", output_unit = "1" }
+""")
+    start, *rest = (
+        prove(graph, "integrator.output", at=at).proofs[0].searched.why for at in ("0 s", "auto", "settled")
+    )
+    assert start == "what goes in at integrator.output does not come back at the start of the run"
+    assert rest[0].startswith(f"{start}; ")
+    assert rest[0].removeprefix(f"{start}; ") == rest[1]
