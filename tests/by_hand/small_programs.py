@@ -22,23 +22,23 @@ def ranges() -> Case:
         (HIGHEST - 3, HIGHEST, 2), (HIGHEST - 7, HIGHEST, 5), (LOWEST + 7, LOWEST, -5), (HIGHEST - 2, HIGHEST, 1),
         (LOWEST, HIGHEST, 2**62), (HIGHEST, LOWEST, -(2**62)), (LOWEST, LOWEST + 2, 1), (7, -9, -HIGHEST),
     ]  # fmt: skip
-    given, out = Storage(INTEGER, 2 * len(limits), False, "limits"), Storage(INTEGER, 4 * len(limits), True, "out")
+    given, out = Storage(INTEGER, 2 * len(limits), False, "limits"), Storage(INTEGER, 6 * len(limits), True, "out")
     w = Writer("entry", given, out)
     for place, (first, last, step) in enumerate(limits):
         loaded = [w.load(given, 2 * place), w.load(given, 2 * place + 1)]
-        for side, ends in enumerate((loaded, (first, last))):  # of the caller, and of the program itself
+        for side, ends in enumerate((loaded, (first, last), (loaded[0], last))):  # of the caller or the program itself
             turns = w.variable(INTEGER, "turns")
             with w.count(ends[0], ends[1], step) as i:
                 w.set(turns, w.do("add_integers", w.get(turns), 1))
-                w.store(out, 4 * place + 2 * side + 1, i)
-            w.store(out, 4 * place + 2 * side, w.get(turns))
-    before = np.full(4 * len(limits), 77)
+                w.store(out, 6 * place + 2 * side + 1, i)
+            w.store(out, 6 * place + 2 * side, w.get(turns))
+    before = np.full(6 * len(limits), 77)
     behind = before.copy()
     for place, limit in enumerate(limits):
         counters = range(*limit)
-        behind[4 * place : 4 * place + 4 : 2] = len(counters)
+        behind[6 * place : 6 * place + 6 : 2] = len(counters)
         if counters:
-            behind[4 * place + 1 : 4 * place + 4 : 2] = counters[-1]
+            behind[6 * place + 1 : 6 * place + 6 : 2] = counters[-1]
     numbers = np.array([end for limit in limits for end in limit[:2]])
     return program(w.function), [numbers, before], [numbers, behind]
 

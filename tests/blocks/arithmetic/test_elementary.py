@@ -249,6 +249,14 @@ def test_small_powers_are_products(base: float, exponent: int) -> None:
     assert power(base, 1.0) == base
 
 
+def test_whole_exponents_of_any_size_are_odd_or_even() -> None:
+    """Beyond 2^53 all are even: -1 to their power is 1, as of `math.pow`."""
+    sizes = [float(2**k + more) for k in (1, 51, 52, 53, 54, 60, 1000) for more in range(-3, 5)]
+    found = [power(-1.0, sign * size) for size in sizes for sign in (1.0, -1.0)]
+    assert found == [math.pow(-1.0, sign * size) for size in sizes for sign in (1.0, -1.0)]
+    assert {-1.0, 1.0} == set(found)
+
+
 def test_exponential_at_both_ends() -> None:
     assert exponential(709.782712893384) == pytest.approx(1.7976931348622732e308, rel=1e-15)
     assert exponential(709.782712893385) == math.inf

@@ -155,6 +155,7 @@ def test_numbers_in_the_unit_that_is_wanted() -> None:
     assert prefix("kHz", 2e-3) == (pytest.approx(1e3), "Hz")
     assert as_written("", 5400.0, "s") == "1.5 h"
     assert [usual_unit(*one) for one in (("V/m", 2e7), ("kg", 5e-8), ("V", math.inf))] == ["MV/m", "ug", "V"]
+    assert [usual_unit("V", size) for size in (0.999, 1.0, 2.0, 600.0, 999.0, 1000.0)] == ["mV", *["V"] * 4, "kV"]
 
 
 def test_long_times_and_parts_of_a_whole() -> None:

@@ -3,6 +3,7 @@
 import contextlib
 import itertools
 import math
+import re
 import time
 from collections.abc import Callable, Iterator
 from fractions import Fraction
@@ -197,6 +198,17 @@ def test_units_that_take_no_prefix(name: str) -> None:
 def test_the_largest_exponent_is_12() -> None:
     assert convert("2 mm^12", "m^12") == pytest.approx(2e-36)
     assert convert("2 mm^-12", "m^-12") == pytest.approx(2e36)
+
+
+@pytest.mark.parametrize("text", ["Ym^12*Ym^12", "1/(Ym^12*Ym^12)", "Ym^12/ym^12", "(Ym^12)^3"])
+def test_a_unit_fits_a_float(text: str) -> None:
+    with pytest.raises(UnitError, match=re.escape("a unit beyond 10^300")):
+        unit(text)
+
+
+def test_the_largest_units_are_read() -> None:
+    assert unit("Ym^12").factor == Fraction(10**288)
+    assert unit("1/Ym^12").factor == Fraction(1, 10**288)
 
 
 def test_an_empty_unit_is_refused_with_what_to_write() -> None:

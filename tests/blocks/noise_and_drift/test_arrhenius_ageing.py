@@ -38,6 +38,13 @@ def test_a_deviation_that_is_the_integral_of_the_pace() -> None:
         expected += 2e-6 / 24.0 * math.exp(exponent)
 
 
+def test_the_law_holds_down_to_one_kelvin() -> None:
+    cold = ArrheniusAgeing(activation_energy=1e-4 * electron_volt, reference_temperature=100.0)
+    found = [drive(cold, [{"temperature": t}])[0]["acceleration"] for t in (0.99, 1.0, 1.5)]
+    assert found[0] == 0.0
+    assert found[1:] == pytest.approx([math.exp(1e-4 * electron_volt / k * (0.01 - 1.0 / t)) for t in (1.0, 1.5)])
+
+
 @pytest.mark.parametrize("temperature", [0.0, -300.0, 0.5, 2.0, 1e300])
 def test_no_temperature_is_too_much(temperature: float) -> None:
     row = drive(BLOCK, [{"temperature": temperature}])[0]

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from proofmass.blocks import Pulse
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.blocks.sources.pulse import edges
 from tests.by_hand.functions import drive
 
 
@@ -22,6 +23,16 @@ def test_edges_fall_on_whole_ticks(length: int, high: int, delay: int, rate: int
     constants = Pulse.functions["constants"].function(block, period)
     expected = 1.0 if tick >= delay and (tick - delay) % length < high else 0.0
     assert Pulse.output_functions["output"].function(constants, tick * period) == expected
+
+
+@given(st.integers(2, 500), st.integers(0, 500), st.integers(0, 300), st.integers(1, 10**6), st.integers(0, 10**6))
+def test_edges_are_counted(length: int, high: int, delay: int, rate: int, tick: int) -> None:
+    """None before the delay; then one where each pulse begins and one where it ends, also of a pulse of no length."""
+    high, period = min(high, length), 1.0 / rate
+    block = Pulse(repetition=length / rate, duty=high / length, delay=delay / rate)
+    constants = Pulse.functions["constants"].function(block, period)
+    turns, ticks = divmod(tick - delay, length)
+    assert edges(constants, tick * period) == (0 if tick < delay else 2 * turns + (1 if ticks < high else 2))
 
 
 def test_a_repetition_too_short_to_count_does_not_stop_a_run() -> None:

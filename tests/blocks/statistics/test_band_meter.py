@@ -54,6 +54,16 @@ def test_an_offset_makes_no_transient() -> None:
     assert drive(BandMeter(high=100.0), constant, PERIOD)[-1]["rms"] == pytest.approx(1000.0, rel=1e-12)
 
 
+@pytest.mark.parametrize(("skip", "until"), [(0, 700), (300, 700), (300, 900), (700, 2000)])
+def test_it_looks_from_its_begin_to_its_end(skip: int, until: int) -> None:
+    """Up to 90 Hz, by SciPy from rest."""
+    values = [1e-3 * k * math.sin(0.3 * k) for k in range(1000)]
+    passed = signal.sosfilt(signal.butter(4, 180.0 * PERIOD, output="sos"), values)[skip:until]
+    block = BandMeter(high=90.0, skip=skip, until=until)
+    found = drive(block, [{"input": value} for value in [*values, 0.0]], PERIOD)[-1]["rms"]
+    assert found == pytest.approx(math.sqrt(float(np.mean(passed**2))), rel=1e-10)
+
+
 def test_filters_that_begin_settled_are_linear_about_the_first_value() -> None:
     """What follows is that of the signal less its first value, by SciPy from rest."""
     values = [7e5 + 3.0 * math.sin(0.3 * k) + (k > 400) for k in range(2000)]

@@ -93,3 +93,16 @@ def test_the_mean_of_joined_samples_stands_at_the_middle_of_their_ranks(place: f
     table: tuple[list[float] | list[int], ...] = ([2.0, 7.5], [-5, -4], [5.0], [1])
     found = type(block).output_functions["percentile"].function(block, state, *table)
     assert found == pytest.approx(place, rel=1e-14)
+
+
+def test_every_sample_is_counted_once() -> None:
+    """Also one that equals the mean of joined ones: 0 to 9 as above, and then 2, 7.5, 5 and 6."""
+    block = RunningPercentile()
+    state = type(block).functions["start"].function(block)._replace(samples=10, values=2, fresh=1)
+    value, count, fresh, fresh_count = [2.0, 7.5], [-5, -4], [5.0, 0.0, 0.0], [1, 0, 0]
+    for sample in (2.0, 7.5, 5.0, 6.0):
+        update = type(block).functions["update"].function
+        state = update(block, state, 10, value, count, fresh, fresh_count, sample)
+    assert (value, count) == ([2.0, 7.5], [-6, -5])
+    assert (fresh, fresh_count) == ([5.0, 6.0, 0.0], [2, 1, 0])
+    assert state.samples == 14

@@ -83,6 +83,12 @@ def test_slopes_are_those_of_central_differences(name: str) -> None:
         assert slope == pytest.approx((above - below) / (2 * step), rel=1e-7, abs=1e-9)
 
 
+def test_slopes_of_a_power_of_zero() -> None:
+    """A square is flat at 0, and 0^v is 0 for every v above 0."""
+    assert slopes(Formula("= u^v").tree, {"u": 0.0, "v": 2.0}) == {"u": 0.0, "v": 0.0}
+    assert slopes(Formula("= u^v").tree, {"u": 0.0, "v": 1.0}) == {"u": 1.0, "v": 0.0}
+
+
 def test_slopes_chain() -> None:
     tree = Formula("= sqrt(k / mass) / (2 * pi)").tree
     assert slopes(tree, {"k": 126.0, "mass": 5e-8}) == pytest.approx(

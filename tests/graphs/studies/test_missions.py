@@ -76,6 +76,17 @@ def test_cycles_wear_by_the_power_of_their_range() -> None:
     assert year == pytest.approx(2e-9 * 365.25 * 8.0, rel=1e-7)
 
 
+def test_a_random_walk_adds_to_the_other_laws() -> None:
+    """With deviates of one, each step is the root of its time."""
+    laws = {"random_walk": "3 ppm/sqrt(year)", "ramp": "1 ppm/year", "cycles": "2 ppb", "cycle_range": "100 K"}
+    mission = read_mission(PHASES, ".")
+    drift = read_drift({"relative": True, "mission": "m", **laws}, "V", {"m": mission})
+    found = drift.aged(2.0, [YEAR, 5.0 * YEAR], 3, 0, 8, lambda *_: 1.0)
+    year = 2e-9 * 365.25  # what cycles do
+    assert found[0] == pytest.approx(2.0 * (1.0 + 4e-6 + year), rel=1e-14)
+    assert found[1] == pytest.approx(2.0 * (1.0 + 14e-6 + 5.0 * year), rel=1e-14)
+
+
 def test_the_spread_of_cycles_is_between_sensors() -> None:
     table = {"cycles": "1 ppm", "cycles_spread": "0.1 ppm", "mission": "m", "relative": True}
     drift = read_drift(table, "V", {"m": read_mission(PHASES, ".")})

@@ -139,6 +139,16 @@ def test_percentiles_of_many_values_have_the_bits_of_plain_python() -> None:
     assert found[0] == found[1]
 
 
+def test_a_measure_begins_within_the_run() -> None:
+    """The tick at 0.1 s is number 200, which a run of 201 ticks has."""
+    late = plan(
+        dataclasses.replace(GRAPH, measures={"mean": {"signal": "sum.output", "statistic": "mean", "from": 0.1}})
+    )
+    refuse_late(late, 201)
+    with pytest.raises(ModelError, match=r"(?s)measures\.mean\.from.*a run of 200 ticks.*more than 200 ticks"):
+        refuse_late(late, 200)
+
+
 def test_an_averaging_time_beyond_the_run_or_the_memory_is_refused() -> None:
     long = dataclasses.replace(
         GRAPH, measures={"allan": {"signal": "sum.output", "statistic": "allan_deviation", "tau": 1}}

@@ -171,11 +171,25 @@ def too_many_bits(n: int) -> int:
     return n ^ 0x1_0000_0000_0000_0000
 
 
+LEAST, TOO_LITTLE = -(2**63), -(2**63) - 1
+
+
+def above_the_least(n: int) -> int:
+    return n - LEAST
+
+
+def above_too_little(n: int) -> int:
+    return n - TOO_LITTLE
+
+
 def test_integers_of_64_bits_are_those_of_a_machine() -> None:
     for n in HOSTILE_INTEGERS:
         assert run(turned_bits, n) % 2**64 == (n % 2**64) ^ (2**63 + 1)
     with pytest.raises(OverflowError, match="more than 64 bits"):  # refused before, where files are checked
         run(too_many_bits, 1)
+    assert run(above_the_least, -1) == 2**63 - 1
+    with pytest.raises(OverflowError, match="more than 64 bits"):
+        run(above_too_little, -2)
 
 
 def test_integers_wrap_as_those_of_c() -> None:
