@@ -13,6 +13,7 @@ from proofmass.blocks.language.forms import problems_of
 from proofmass.runner.command_line import main
 from proofmass.runner.plan.memory import start
 from proofmass.runner.planning.plan import plan, varied
+from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 
 BLOCK = '''
@@ -97,6 +98,30 @@ def test_tables_that_follow_from_a_varied_parameter_are_made_anew(tmp_path: Path
         values, level = np.empty(3), 5.0 * gain
         assert CompiledLoop(sensor, 0, 0, start(sensor), made).advance(3, [values])
         assert list(values) == [level, level * (1.0 - level), level * (1.0 - level * (1.0 - level))]
+
+
+@pytest.mark.parametrize("engine", ["python", "compiled"])
+@pytest.mark.parametrize(
+    ("field", "value", "level"),
+    [
+        ("pair: tuple[int, float]", "(7, 4.0 * p.gain)", "(c.pair[0] // 2 + c.pair[1]) * input"),
+        ("pair: tuple[float, int]", "(4.0 * p.gain, 7)", "(c.pair[1] // 2 + c.pair[0]) * input"),
+        (
+            "three: tuple[int, float, bool]",
+            "(7, 0.25, True)",
+            "(c.three[0] // 2 + 2 * c.three[1] * c.three[2]) * input",
+        ),
+        ("many: tuple[int, ...]", "(7, 9, 1)", "(c.many[0] // 2 + c.many[2] / 2) * input"),
+        ("more: float", "0.5", "(c.nested[0][1] + 1 + 0.5 * c.nested[0][0] ** c.nested[1][1]) * input"),
+    ],
+)
+def test_entries_of_a_table_have_types_of_their_own(
+    engine: EngineName, field: str, value: str, level: str, tmp_path: Path
+) -> None:
+    """The level is 3.5 times the input."""
+    own = load_own_blocks(written(tmp_path, field, value, level))
+    values = simulate(read_graph(tmp_path / "loop.toml", own), engine=engine)["mine.level"].values
+    assert list(values) == [3.5, 3.5 * (1.0 - 3.5), 3.5 * (1.0 - 3.5 * (1.0 - 3.5))]
 
 
 REFUSED = {

@@ -33,7 +33,10 @@ def shared(bars: dict[int, list[Bar]]) -> list[tuple[Bar, Bar]]:
     ]
 
 
-@pytest.mark.parametrize(("seed", "count"), [(9340, 12), (1, LARGEST_SIFTED + 20)])
+@pytest.mark.parametrize(
+    ("seed", "count"),
+    [(9340, 12), (1, LARGEST_SIFTED + 20), pytest.param(2, LARGEST_SIFTED, marks=pytest.mark.exhaustive)],
+)
 def test_no_two_wires_of_a_gap_share_a_line(seed: int, count: int) -> None:
     tracks, bars = channel(dealt(seed, count))
     assert shared(bars) == []

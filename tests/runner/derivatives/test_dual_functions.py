@@ -228,6 +228,26 @@ def test_constants_of_every_block_against_differences(kind: type[Block], tmp_pat
                 )
 
 
+SIX_BITS: dict[str, dict[str, Any]] = {
+    "AnalogToDigital": {"bits": 6},
+    "SuccessiveApproximation": {"bits": 6},
+    "PipelineAnalogToDigital": {"stages": 3, "last_bits": 3},
+}
+
+
+@pytest.mark.parametrize("name", SIX_BITS)
+def test_converters_have_the_slope_of_their_steps_from_the_lowest_code_to_the_highest(name: str) -> None:
+    block = KINDS[name](reference=1.0, **SIX_BITS[name])
+    behaviour = KINDS[name].output_functions["number"]
+    made = _arguments(block, behaviour.arguments, random.Random(1))
+    place = 1 + behaviour.arguments.index("voltage")
+    for steps in [code + part for code in range(-36, 36) for part in (-0.3, 0.3)]:
+        voltage = dual(steps / 32.0, {"x": 1.0})
+        found = for_duals(behaviour.function)(*made[:place], voltage, *made[place + 1 :])
+        assert plain(found) == min(max(round(steps), -32), 31)
+        assert slopes_of(found).get("x", 0.0) == (32.0 if -32.0 < steps < 31.0 else 0.0), steps
+
+
 def _corner(up: float, middle: float, down: float) -> bool:
     """Whether the function bends within the step, so that a difference tells no derivative."""
     return bool(abs(up - 2.0 * middle + down) > 0.1 * abs(up - down) + 1e-6 * abs(middle))

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from proofmass.blocks.arithmetic.fixed_format import MOST_BITS
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, clip, counting_overflows, fixed, where, wrap
 from proofmass.runner.fixed.integer_ir import TraceError
 from proofmass.runner.fixed.step_formats import bounds, reference_step
@@ -243,6 +244,19 @@ def test_a_shift_by_a_narrowed_signal_stays_within_the_word() -> None:
     formats = {"a": Fixed(8), "b": Fixed(8, 0, signed=False), "return": Fixed(8)}
     with pytest.raises(TraceError, match="shift by 0 to 255 places"):
         compile_step(far, formats)
+
+
+@pytest.mark.parametrize(
+    ("most", "said"), [(MOST_BITS, "shift by 0 to 512 places"), (MOST_BITS + 1, "by so many places")]
+)
+def test_a_shift_by_more_than_a_word_is_refused(most: int, said: str) -> None:
+    """Where it is traced, or, of up to the bits of a format, where its code is written."""
+
+    def far(a: FixedValue, b: FixedValue) -> FixedValue:
+        return FixedValue(a.mantissa >> clip(b, 0, most).mantissa)
+
+    with pytest.raises(TraceError, match=said):
+        compile_step(far, {"a": Fixed(8), "b": Fixed(11, 0, signed=False), "return": Fixed(8)})
 
 
 def test_a_step_without_results_writes_its_buffers() -> None:
