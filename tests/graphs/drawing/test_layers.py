@@ -1,5 +1,7 @@
 """Layers of a diagram, counted by hand."""
 
+from itertools import pairwise
+
 from proofmass.graphs.drawing.layers import Link, assign_layers
 
 
@@ -8,7 +10,7 @@ def links(*ways: str) -> list[Link]:
     found = []
     for way in ways:
         names = way.split()
-        for source, target in zip(names, names[1:], strict=False):
+        for source, target in pairwise(names):
             found.append(Link(source.strip("!"), "output", target.strip("!"), "input", target.startswith("!")))
     return found
 

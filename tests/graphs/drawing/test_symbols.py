@@ -1,6 +1,7 @@
 """Diagrams: symbols, marks, hops, nets that drive parameters, opened subgraphs and overlays."""
 
 import re
+from itertools import pairwise
 from xml.etree import ElementTree
 
 import pytest
@@ -18,6 +19,8 @@ from proofmass.blocks import (
     Sum,
 )
 from proofmass.graphs.drawing.diagram import subgraph_paths, svg
+from proofmass.graphs.drawing.looks import _along
+from proofmass.graphs.drawing.texts import width_of
 from proofmass.graphs.files.library import library_files
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
@@ -87,6 +90,38 @@ def test_symbols_show_signs_and_gains() -> None:
     assert words["gain"][:2] == ["gain", "2.5 V"]
     assert words["turn"] == ["−1", "turn"]
     assert edges(graph)["sum"][2] - edges(graph)["sum"][0] == 40.0
+
+
+def test_a_value_and_a_rate_stand_below_their_symbol() -> None:
+    """Lines of a type of 11 pixels, the first one below the symbol, and the last one within the room of the block."""
+    graph = Graph(
+        name="",
+        rate="10 kHz",
+        blocks={"push": Constant(), "sum": Sum(), "gain": Gain(gain=2.5)},
+        wires=["push.output -> sum.first", "push.output -> sum.second", "sum.output -> gain.input"],
+        rates={"sum": "5 kHz", "gain": "5 kHz"},
+    )
+    groups = [group for group in ElementTree.fromstring(svg(graph)).iter(f"{SVG}g") if "data-block" in group.attrib]
+    lines = {"sum": ["5 kHz"], "gain": ["2.5", "5 kHz"]}
+    for name, group in {group.attrib["data-block"]: group for group in groups}.items():
+        below = [text for text in group.iter(f"{SVG}text") if text.attrib["class"] in ("setting", "rate")]
+        assert [text.text for text in below] == lines.get(name, [])
+        if below:
+            heights = [float(text.attrib["y"]) for text in below]
+            area = next(rect for rect in group.iter(f"{SVG}rect") if rect.attrib["class"] == "area")
+            assert heights[0] - 11.0 >= edges(graph)[name][3]
+            assert heights[-1] <= float(area.attrib["y"]) + float(area.attrib["height"])
+            assert all(second - first >= 11.0 for first, second in pairwise(heights))
+
+
+def test_names_of_driven_parameters_stand_side_by_side() -> None:
+    """At least 10 pixels apart, also from both sides of the block, and no more than the grid of 20 asks for."""
+    names = ["reference", "offset_error", "gain"]
+    across, places = _along(names, {"gain": (0, 60)})
+    widths = [width_of("reference", 11, bold=True), width_of("offset_error", 11, bold=True), 60]
+    spans = [(places[name] - width / 2, places[name] + width / 2) for name, width in zip(names, widths, strict=True)]
+    gaps = [after - before for before, after in pairwise([0, *(end for span in spans for end in span), across + 10])]
+    assert all(10 <= gap < 30 for gap in gaps[::2])
 
 
 @pytest.mark.exhaustive(but=12)

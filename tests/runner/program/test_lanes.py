@@ -3,14 +3,16 @@
 import dataclasses
 import math
 import random
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
 import proofmass
-from proofmass import Graph, param
+from proofmass import Block, Graph, param
 from proofmass.blocks import DiscreteIntegrator, Ramp, UnitDelay
+from proofmass.blocks.declaration.declare import Recording
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.plan.keys import StateField, WireOf
@@ -105,6 +107,44 @@ def test_runs_that_differ_in_how_they_begin_alone() -> None:
     begins = [0.0, 1.0, -2.5, 1e9]
     plans = [varied(planned, {"delay": UnitDelay(initial=begin)}) for begin in begins]
     assert_lanes_are_runs(planned, {("delay", "initial"): np.array(begins)}, plans, "sum")
+
+
+class Played(Block):
+    """A recording added up from where a run begins."""
+
+    file: str = param("", "A file of times and values.", default="")
+    column: str = param("", "Its column.", default="")
+    begin: float = param("1", "The sum at the start.", default=0.0)
+    values = Recording("value", "Recorded values.")
+
+
+class Sum(NamedTuple):
+    total: float
+
+
+@Played.start
+def begins(p: Played) -> Sum:
+    return Sum(p.begin)
+
+
+@Played.output("1")
+def total(p: Played, x: Sum) -> float:
+    """The sum so far."""
+    return x.total
+
+
+@Played.update
+def add(p: Played, x: Sum, tick: int, values: list[float]) -> Sum:
+    return Sum(x.total + values[tick % len(values)])
+
+
+def test_runs_share_the_recording_of_a_block_in_which_they_differ(tmp_path: Path) -> None:
+    (tmp_path / "played.csv").write_text("time [s],value\n0,0.1\n1,-0.7\n2,1.3\n")
+    block = Played(file=str(tmp_path / "played.csv"))
+    planned = plan(Graph(name="", rate="1 Hz", blocks={"played": block}), free=["played.begin"])
+    sums = [0.0, 1.0, -2.5, 1e9]
+    plans = [varied(planned, {"played": dataclasses.replace(block, begin=begin)}) for begin in sums]
+    assert_lanes_are_runs(planned, {("played", "begin"): np.array(sums)}, plans, "played")
 
 
 def test_runs_go_in_as_few_groups_as_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
