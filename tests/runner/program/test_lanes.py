@@ -110,7 +110,7 @@ def test_runs_that_differ_in_how_they_begin_alone() -> None:
 
 
 class Played(Block):
-    """A recording added up from where a run begins."""
+    """Half of a number times a recording, added up from that number on."""
 
     file: str = param("", "A file of times and values.", default="")
     column: str = param("", "Its column.", default="")
@@ -118,8 +118,17 @@ class Played(Block):
     values = Recording("value", "Recorded values.")
 
 
+class Half(NamedTuple):
+    half: float
+
+
 class Sum(NamedTuple):
     total: float
+
+
+@Played.constants
+def halved(p: Played, period: float) -> Half:
+    return Half(0.5 * p.begin)
 
 
 @Played.start
@@ -128,14 +137,14 @@ def begins(p: Played) -> Sum:
 
 
 @Played.output("1")
-def total(p: Played, x: Sum) -> float:
+def total(c: Half, x: Sum) -> float:
     """The sum so far."""
     return x.total
 
 
 @Played.update
-def add(p: Played, x: Sum, tick: int, values: list[float]) -> Sum:
-    return Sum(x.total + values[tick % len(values)])
+def add(c: Half, x: Sum, tick: int, values: list[float]) -> Sum:
+    return Sum(x.total + c.half * values[tick % len(values)])
 
 
 def test_runs_share_the_recording_of_a_block_in_which_they_differ(tmp_path: Path) -> None:
