@@ -2,12 +2,14 @@
 
 from contextlib import nullcontext
 
+import mpmath
 import numpy as np
 import pytest
 from scipy import signal
 
 from proofmass.blocks import ModalResonator
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.blocks.mechanics.modal_resonator import decayed
 from tests.by_hand.responses import distance, noise, response
 
 MODES = {
@@ -39,6 +41,20 @@ def test_against_scipy(output: str) -> None:
             x = ad @ x + bd[:, 0] * u
     found = response(ModalResonator(**MODES), forces, output, "force", period)
     assert distance(found, expected) < 1e-10
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-14, -1e-13, 3e-12, -1e-10, 1e-7, -1e-7, 1e-5, -1e-3, 0.3, -0.3])
+def test_near_critical_damping_by_mpmath(apart: float) -> None:
+    """Damping a little above or below w: e^(-d T) cos(r T) and e^(-d T) sin(r T) / r, r^2 = w^2 - d^2."""
+    w, period = 300.0, 7e-3
+    d = w * (1.0 + apart)
+    with mpmath.workdps(50):
+        r = mpmath.sqrt(mpmath.mpf(w) ** 2 - mpmath.mpf(d) ** 2)
+        fall = mpmath.exp(-mpmath.mpf(d) * mpmath.mpf(period))
+        expected = fall * mpmath.cos(r * period), fall * mpmath.sinc(r * period) * period
+    found = decayed(w, d, period)
+    assert found[0] == pytest.approx(float(mpmath.re(expected[0])), rel=1e-11)
+    assert found[1] == pytest.approx(float(mpmath.re(expected[1])), rel=1e-9)
 
 
 def test_lists_of_unlike_length_are_refused() -> None:

@@ -115,6 +115,7 @@ def test_variants_replace_numbers_and_are_not_too_many() -> None:
         )
 
     assert problems_of(text(2)) == []
+    assert problems_of(text(MOST_VARIANTS)) == []
     told = only_problem(text(MOST_VARIANTS + 1), "[study.variants.v0]")
     assert told == "variants: too many variants\n  got:      101\n  expected: at most 100"
 

@@ -6,6 +6,7 @@ import pytest
 
 from proofmass import Graph, read_graph
 from proofmass.blocks import Gain, LowPass, Sum, WhiteNoise
+from proofmass.blocks.declaration.declare import Block
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
@@ -46,3 +47,18 @@ def test_a_part_has_what_moves_with_its_blocks_and_what_drives_that() -> None:
     whole = plan(Graph(name="", rate="1 kHz", blocks=blocks, wires=wires))
     assert alike(whole, "first") == {"noise", "first", "sum", "other", "second"}
     assert alike(whole, "late") == {"apart", "late"}
+
+
+def test_a_part_has_the_loops_without_delay_of_its_blocks() -> None:
+    """Two loops, sum = noise + gain sum; the part has the one, and solves it."""
+    blocks: dict[str, Block] = {"noise": WhiteNoise()}
+    wires = list[str]()
+    for name, gain in (("one", 0.5), ("two", -0.75)):
+        blocks |= {f"{name}_sum": Sum(), f"{name}_gain": Gain(gain=gain)}
+        wires += [f"noise.output -> {name}_sum.first", f"{name}_gain.output -> {name}_sum.second"]
+        wires += [f"{name}_sum.output -> {name}_gain.input"]
+    graph = Graph(name="", rate="1 kHz", blocks=blocks, wires=wires, integration={"algebraic_loops": "newton"})
+    whole = plan(graph)
+    assert len(whole.schedule.loops) == 2
+    assert alike(whole, "two_sum") == {"noise", "two_sum", "two_gain"}
+    assert len(whole.part({"two_sum"}).schedule.loops) == 1

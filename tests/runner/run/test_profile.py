@@ -6,7 +6,9 @@ from types import SimpleNamespace
 from typing import Any
 
 import llvmlite.binding as llvm
+import numpy as np
 import pytest
+from scipy.stats import norm
 
 from proofmass import Graph, block
 from proofmass.blocks import Comparator, Constant, Counter, Difference, Gain, Sine, Sum, Switch
@@ -62,6 +64,19 @@ def test_parts_share_the_time_of_a_stretch_less_that_of_the_clock(monkeypatch: p
     clock, _, parts = profiling._parts(profiling.plan(Graph(name="", blocks={"one": Constant()}, rate=1.0)), 0, 10)
     assert clock == pytest.approx(10.0)
     assert {part.name: part.nanoseconds for part in parts} == pytest.approx({"a": 20.0, "b": 50.0})
+
+
+def test_an_error_is_the_standard_error_of_a_lower_quartile(monkeypatch: pytest.MonkeyPatch) -> None:
+    """sqrt(1/4 3/4 / n) / density of it, by the theory of order statistics; stretches spread as normal numbers."""
+    loop = SimpleNamespace(parts=[CLOCK, "a", "b"])
+    monkeypatch.setattr(profiling, "ProfiledLoop", lambda *_: loop)
+    ranks = norm.ppf((np.arange(profiling.STRETCHES) + 0.5) / profiling.STRETCHES)
+    counts = iter([[100.0, 300.0 + 20.0 * z, 600.0 - 20.0 * z] for z in (0.0, *ranks)])
+    monkeypatch.setattr(profiling, "_stretch", lambda *_: (10, np.array(next(counts)), 1e-6))
+    _, _, parts = profiling._parts(profiling.plan(Graph(name="", blocks={"one": Constant()}, rate=1.0)), 0, 10)
+    density = norm.pdf(norm.ppf(0.25)) / 2.0  # per nanosecond, of a standard deviation of 2 ns
+    expected = math.sqrt(0.25 * 0.75 / profiling.STRETCHES) / density
+    assert [part.error for part in parts] == pytest.approx([expected] * 2, rel=0.02)
 
 
 @pytest.mark.exhaustive
