@@ -65,13 +65,15 @@ def phase(c: Constants, x: State) -> float:
 
 def parts(x: State) -> tuple[float, float]:
     """The amplitudes of sine and cosine."""
-    n = float(x.samples if x.samples > 0 else 1)
+    if x.samples < 3:
+        return 0.0, 0.0
+    n = float(x.samples)
     ss = x.sine_squares - x.sines * x.sines / n
     cc = (n - x.sine_squares) - x.cosines * x.cosines / n
     sc = x.products - x.sines * x.cosines / n
     us, uc = x.by_sine - x.sum * x.sines / n, x.by_cosine - x.sum * x.cosines / n
     determinant = ss * cc - sc * sc
-    if x.samples < 3 or determinant <= 0.0:
+    if determinant <= 0.0:
         return 0.0, 0.0
     return (us * cc - uc * sc) / determinant, (uc * ss - us * sc) / determinant
 

@@ -214,6 +214,11 @@ def test_they_read_back_and_the_schema_knows_them() -> None:
     assert VALIDATOR.is_valid(tomllib.loads(TEXT))
 
 
+def test_both_limits_may_be_one_value() -> None:
+    text = '\n[requirements]\nexact = { quantity = "end", at_least = 1.5, at_most = 1.5 }\n'
+    assert not check(read_graph_text(INTEGRATING + text))
+
+
 @pytest.mark.parametrize(
     ("line", "message", "key"),
     [
