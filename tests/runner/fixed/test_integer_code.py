@@ -259,6 +259,14 @@ def test_a_shift_by_more_than_a_word_is_refused(most: int, said: str) -> None:
         compile_step(far, {"a": Fixed(8), "b": Fixed(11, 0, signed=False), "return": Fixed(8)})
 
 
+@pytest.mark.parametrize("divisor", [0, -1, -4, 3, 6, 2.0, 0.5])
+def test_only_a_whole_power_of_two_divides(divisor: float) -> None:
+    formats = {"a": Fixed(8), "return": Fixed(16)}
+    for divided in (lambda a: FixedValue(a.mantissa // divisor), lambda a: FixedValue(a.mantissa % divisor)):
+        with pytest.raises(TraceError, match=f"a divisor of {divisor!r}"):
+            compile_step(divided, formats)
+
+
 def test_a_step_without_results_writes_its_buffers() -> None:
     def update(line: list[FixedValue], u: FixedValue) -> None:
         for k in range(len(line) - 1, 0, -1):

@@ -76,6 +76,13 @@ def test_any_number_of_lanes(study: Study, numbers: Sequence[int]) -> None:
         run_study(study, lanes=65)
 
 
+def test_more_than_64_lanes_are_refused() -> None:
+    assert side_by_side.whole_lanes(64) == 64
+    for lanes in (-1, 65):
+        with pytest.raises(ModelError, match=rf"(?s)lanes: out of range.*got: *{lanes}.*0 to 64"):
+            side_by_side.whole_lanes(lanes)
+
+
 @pytest.mark.exhaustive
 def test_in_any_company(study: Study) -> None:
     """Which runs go side by side changes no bit of any."""
