@@ -1,5 +1,6 @@
 """Fixed-point blocks linearised: their registers are numbers, roundings count as gain one, limits as what they are."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -17,12 +18,14 @@ from proofmass.blocks import (
     LowPass,
     Negation,
 )
+from proofmass.blocks.arithmetic.cordic import to_the_real_axis
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, period_map
 from proofmass.runner.analysis.margins.stability import margins
+from proofmass.runner.derivatives.dual import dual, plain, slopes_of
 from proofmass.runner.planning.plan import plan
 
 COEFFICIENTS = {"proportional": 0.5, "integral": 40.0, "derivative_gain": 1e-4, "derivative_pole": 300.0}
@@ -85,6 +88,22 @@ def test_margins_of_a_loop_closed_in_fixed_point() -> None:
     assert got.gain_margin == pytest.approx(expected.gain_margin, rel=1e-5)
     assert got.phase_margin == pytest.approx(expected.phase_margin, rel=1e-5)
     assert np.abs(got.poles[:3]) == pytest.approx(np.abs(expected.poles[:3]), rel=1e-5)
+
+
+@pytest.mark.parametrize(("x", "y"), [(3.0, 4.0), (-3.0, 4.0), (-3.0, -4.0), (3.0, -4.0)])
+def test_an_angle_that_is_searched_by_signs_has_the_slopes_of_the_arctangent(x: float, y: float) -> None:
+    """-y / r^2 and x / r^2, in all quadrants."""
+    one = 1 << 20
+    angles = tuple(round(math.atan(2.0**-i) * one) for i in range(18))
+    _, angle = to_the_real_axis(
+        dual(x * one, {"x": 1.0}),  # type: ignore[arg-type]
+        dual(y * one, {"y": 1.0}),  # type: ignore[arg-type]
+        angles,
+        round(math.pi * one),
+        one,
+    )
+    assert plain(angle) / one == pytest.approx(math.atan2(y, x), abs=1e-5)
+    assert slopes_of(angle) == pytest.approx({"x": -y / 25.0, "y": x / 25.0}, rel=1e-9)
 
 
 @pytest.mark.defect("C1", before="TypeError: & of Dual and int", after="a register that wraps has slope one")
