@@ -254,7 +254,10 @@ def _exact(number: float) -> PolynomialBall:
 
 def _turned(left: Array, before: Array) -> float:
     """Return how far R is from what it was: from one on, two points of rest may have met on the way."""
-    return float(np.max(np.abs(np.linalg.eigvals(np.linalg.solve(left, before)) - 1.0)))
+    try:
+        return float(np.max(np.abs(np.linalg.eigvals(np.linalg.solve(left, before)) - 1.0)))
+    except np.linalg.LinAlgError:  # it is not finite, or has no inverse
+        return math.inf
 
 
 def _fits(point: RestPoint) -> bool:

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from proofmass.graphs.files.toml_reader import read_graph_text
@@ -9,7 +10,7 @@ from proofmass.graphs.model.changes import with_parameters
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.derivatives.ball import UndecidedError, enclosing
 from proofmass.runner.design.proof.prove import prove
-from proofmass.runner.design.proof.rest_point import RestRun
+from proofmass.runner.design.proof.rest_point import RestRun, _turned
 from proofmass.runner.planning.plan import plan
 from tests.by_hand.resting_loops import FRINGES, quadratic_loop
 from tests.runner.design.proof.test_prove import status
@@ -70,3 +71,17 @@ blocks.integrator = { kind = "DiscreteIntegrator", gain = "300 1/s", output_unit
     assert start == "what goes in at integrator.output does not come back at the start of the run"
     assert rest[0].startswith(f"{start}; ")
     assert rest[0].removeprefix(f"{start}; ") == rest[1]
+
+
+@pytest.mark.parametrize(
+    ("left", "turned"),
+    [
+        ([[2.0, 1.0], [0.0, -4.0]], 0.0),
+        ([[1.0, 0.5], [0.0, -2.0]], 1.0),  # half of R: twice the slopes
+        ([[-2.0, -1.0], [0.0, 4.0]], 2.0),
+        ([[math.nan, 1.0], [0.0, -4.0]], math.inf),
+        ([[0.0, 0.0], [0.0, 0.0]], math.inf),
+    ],
+)
+def test_how_far_slopes_turn(left: list[list[float]], turned: float) -> None:
+    assert _turned(np.array(left), np.array([[2.0, 1.0], [0.0, -4.0]])) == pytest.approx(turned, abs=1e-12)
