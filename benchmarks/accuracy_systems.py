@@ -4,7 +4,9 @@ Their equations of motion are written here and not in blocks (`accuracy_referenc
 """
 
 import math
-from collections.abc import Callable, Sequence
+import random
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -101,7 +103,7 @@ def hardening(cubic: float) -> System:
     return System("hardening", made, "mass.displacement", by_scipy(rates, [0, 0], [size, speed], 0))
 
 
-def plates(volts: float, frequency: float, film: bool, rate: float) -> System:
+def plates(volts: float, frequency: float, rate: float, film: bool = False) -> System:
     """A voltage pulls a plate; in a film of gas of c = 1e-3 kg/s / (1 - x/h)^3 (both walls) where one is asked for."""
     m, k, gap, capacitance = 5e-9, 1.0, 2e-6, 1e-12
     damping = 1e-5
@@ -449,27 +451,19 @@ def alternating(volts: float, frequency: float) -> System:
 
 
 def systems() -> list[System]:
-    """All systems, with their variations."""
-    return [
-        *(duffing(*row) for row in DUFFING),
-        *(hardening(cubic) for cubic in (1e9, 1e10, 1e11, 1e12, 1e13)),
-        *(
-            plates(v, f, False, r)
-            for v, f, r in ((0.5, 500, 10e3), (0.8, 1000, 10e3), (1.0, 3e3, 50e3), (0.6, 7e3, 2e3))
-        ),
-        *(plates(v, f, True, r) for v, f, r in ((0.8, 500, 10e3), (1.0, 1000, 20e3), (1.2, 2e3, 2e3), (1.5, 300, 5e3))),
-        *(softened(v, r) for v, r in ((1.0, 10e3), (3.0, 50e3), (5.0, 5e3), (4.5, 1e3))),
-        *(stops(f, h, e, r) for f, h, e, r in STOPS),
-        *(locked(*row) for row in LOCKED),
-        *(relay(h, c, r) for h, c, r in ((0.5, 16.0, 1e3), (0.1, 5.0, 1e3), (0.9, 50.0, 500), (0.3, 100.0, 100))),
-        *(thermostat(e, w, r) for e, w, r in ((1.0, 0.1, 10.0), (0.5, 0.05, 20.0), (1.5, 0.02, 5.0), (1.0, 0.3, 1.0))),
-        *(fringes(g, s, r) for g, s, r in ((1.0, 2e3, 10e3), (3.0, 5e3, 10e3), (0.5, 2e4, 2e3), (2.0, -3e3, 50e3))),
-        *(clipped(g, v, r) for g, v, r in ((10.0, 0.2, 20e3), (12.0, 0.5, 10e3), (20.0, 0.9, 5e3), (9.0, 0.3, 50e3))),
-        *(diode(v, f, r) for v, f, r in ((0.2, 500, 10e3), (0.5, 500, 10e3), (0.3, 2e3, 5e3), (1.0, 200, 20e3))),
-        *(van_der_pol(*row) for row in ((5.0, 10.0, 12.0), (10.0, 10.0, 15.0), (30.0, 5.0, 20.0), (300.0, 1.0, 150.0))),
-        *(reaction(fast) for fast in (3e5, 3e6, 3e7)),
-        *(alternating(v, f) for v, f in ((0.3, 20e3), (0.3, 40e3), (0.2, 23_456.7), (0.1, 80e3))),
-    ]
+    """All systems: those of rows, and three more of each kind that are drawn between them."""
+    dice = random.Random(5)
+    chosen = [made(*row) for made, rows in KINDS for row in rows]
+    return chosen + [made(*_between(rows, dice)) for made, rows in KINDS for _ in range(3)]
+
+
+def _between(rows: Sequence[tuple[float, ...]], dice: random.Random) -> Iterator[float]:
+    """Yield numbers of two digits between the least and the largest of each column."""
+    for column in zip(*rows, strict=True):
+        least, most = min(column), max(column)
+        by_size = least > 0.0
+        drawn = dice.uniform(math.log(least), math.log(most)) if by_size else dice.uniform(least, most)
+        yield float(f"{math.exp(drawn) if by_size else drawn:.2g}")
 
 
 DUFFING = [
@@ -495,4 +489,21 @@ LOCKED = [
     (20e3, 19.9e3, 300.0, 1e3, 20e3),
     (1000.0, 990.0, 30.0, 50.0, 10e3),
     (500.0, 505.0, 10.0, 20.0, 5e3),
+]
+KINDS: list[tuple[Callable[..., System], list[tuple[float, ...]]]] = [
+    (duffing, DUFFING),
+    (hardening, [(1e9,), (1e10,), (1e11,), (1e12,), (1e13,)]),
+    (plates, [(0.5, 500, 10e3), (0.8, 1000, 10e3), (1.0, 3e3, 50e3), (0.6, 7e3, 2e3)]),
+    (partial(plates, film=True), [(0.8, 500, 10e3), (1.0, 1000, 20e3), (1.2, 2e3, 2e3), (1.5, 300, 5e3)]),
+    (softened, [(1.0, 10e3), (3.0, 50e3), (5.0, 5e3), (4.5, 1e3)]),
+    (stops, STOPS),
+    (locked, LOCKED),
+    (relay, [(0.5, 16.0, 1e3), (0.1, 5.0, 1e3), (0.9, 50.0, 500), (0.3, 100.0, 100)]),
+    (thermostat, [(1.0, 0.1, 10.0), (0.5, 0.05, 20.0), (1.5, 0.02, 5.0), (1.0, 0.3, 1.0)]),
+    (fringes, [(1.0, 2e3, 10e3), (3.0, 5e3, 10e3), (0.5, 2e4, 2e3), (2.0, -3e3, 50e3)]),
+    (clipped, [(10.0, 0.2, 20e3), (12.0, 0.5, 10e3), (20.0, 0.9, 5e3), (9.0, 0.3, 50e3)]),
+    (diode, [(0.2, 500, 10e3), (0.5, 500, 10e3), (0.3, 2e3, 5e3), (1.0, 200, 20e3)]),
+    (van_der_pol, [(5.0, 10.0, 12.0), (10.0, 10.0, 15.0), (30.0, 5.0, 20.0), (300.0, 1.0, 150.0)]),
+    (reaction, [(3e5,), (3e6,), (3e7,)]),
+    (alternating, [(0.3, 20e3), (0.3, 40e3), (0.2, 23_456.7), (0.1, 80e3)]),
 ]
