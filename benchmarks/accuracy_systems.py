@@ -490,7 +490,7 @@ LOCKED = [
     (1000.0, 990.0, 30.0, 50.0, 10e3),
     (500.0, 505.0, 10.0, 20.0, 5e3),
 ]
-KINDS: list[tuple[Callable[..., System], list[tuple[float, ...]]]] = [
+KINDS: Sequence[tuple[Callable[..., System], Sequence[tuple[float, ...]]]] = [
     (duffing, DUFFING),
     (hardening, [(1e9,), (1e10,), (1e11,), (1e12,), (1e13,)]),
     (plates, [(0.5, 500, 10e3), (0.8, 1000, 10e3), (1.0, 3e3, 50e3), (0.6, 7e3, 2e3)]),
