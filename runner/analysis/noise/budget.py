@@ -33,7 +33,7 @@ from proofmass.runner.analysis.noise.grids import errors_about
 from proofmass.runner.analysis.noise.noise_budget import DROPPED, QUANTISATION, NoiseBudget, NoiseSource
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
 from proofmass.runner.analysis.noise.validity import Dither, dithers, strained
-from proofmass.runner.derivatives.dual_noise import ONE_BIT, ROUNDING, Noisy, noise_blocks, rounds
+from proofmass.runner.derivatives.dual_noise import ONE_BIT, ROUNDING, Noisy, noise_blocks, rounding_blocks, rounds
 from proofmass.runner.derivatives.passed_on import reached_by_noise
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.planned import Plan
@@ -165,7 +165,7 @@ def _budget_about(
         drawn = [column for column, variance in enumerate(to_output.variances) if variance]
         _, b, _, d = to_output.matrices
         if not to_output.sources or not (np.any(b[:, drawn]) or np.any(d[:, drawn])):
-            raise _silence(about, target, len(to_output.sources), noisy)
+            raise silence(about, target, len(to_output.sources), noisy)
         return about, noisy, whole, to_output
 
     drawing = noise_blocks(planned)
@@ -174,7 +174,7 @@ def _budget_about(
         raise _no_noise(planned, output, 0)
     first = common_period(planned, sources, [target], noise=drawing)  # in tick 0 processes start
     if target not in _reached(points, drawing):
-        raise _silence(points.after_start(first), target, len(upstream), {})
+        raise silence(points.after_start(first), target, len(upstream), {})
     about, noisy, whole, to_output = points.answered(ask, first)
     ends = Ends(tuple(sources), (target,), noise=noisy, beside=tuple(beside))
     strain = "" if isinstance(about.point, PeriodicPoint) else strained(about, ends, target, whole, to_output)
@@ -338,7 +338,8 @@ def behind_sources(planned: Plan, outputs: Sequence[str]) -> list[str]:
     return heard or [*outputs]
 
 
-def _silence(about: Linearisation, target: Endpoint, sources: int, noisy: Noisy) -> ModelError:
+def silence(about: Linearisation, target: Endpoint, sources: int, noisy: Noisy) -> ModelError:
+    """Return that no noise reaches an output at an operating point, and why, of so many sources that may."""
     output, lost = ".".join(target), decided_by_noise(about.plan, target, about.tick, about.course.kept)
     if lost:
         message = f"noise reaches {output} by truth values alone, which have no slope"
@@ -347,8 +348,11 @@ def _silence(about: Linearisation, target: Endpoint, sources: int, noisy: Noisy)
 
 
 def _no_noise(planned: Plan, output: str, sources: int, hint: str = "", tick: int = 0) -> ModelError:
-    path = "a WhiteNoise, or a converter, must lie on a path to it"
+    got, path = f"{sources} sources upstream of it", "a WhiteNoise, or a converter, must lie on a path to it"
+    still = upstream_of(planned, [node_of(planned, output)[0]]) & rounding_blocks(planned)
     if sources:
         here = f"at {time_text(tick * planned.period)} a switch may be open, or a register wait"
         path = f"{here}: --at another time, or --until one for the value there alone"
-    return refusal(planned, output, f"no noise reaches {output}", f"{sources} sources upstream of it", hint or path)
+    elif still:
+        path = f"what {', '.join(sorted(still))} would round stands still here: let an input move, or add a WhiteNoise"
+    return refusal(planned, output, f"no noise reaches {output}", got, hint or path)

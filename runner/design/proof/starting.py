@@ -49,6 +49,7 @@ from proofmass.runner.analysis.linearisation.map_blocks import common_period
 from proofmass.runner.analysis.linearisation.map_changes import change_between
 from proofmass.runner.analysis.linearisation.orbit import SAME, OrbitPoint
 from proofmass.runner.analysis.linearisation.steady_state import SteadyState
+from proofmass.runner.analysis.noise.budget import silence
 from proofmass.runner.analysis.noise.grids import errors_about
 from proofmass.runner.analysis.noise.noise_map import noise_map, variance
 from proofmass.runner.analysis.response.response import response_of_map
@@ -227,7 +228,7 @@ class StartingNoise(Starting):
             raise plan.graph.placed(_decides(target, uneven)).error
         between = noise_map(point.map, target)
         if between.settles and not any(between.mean_squares):
-            raise plan.graph.placed(_none(target)).error
+            raise silence(about, target, len(between.sources), noisy)
         size = max(len(point.map.inputs), len(point.map.outputs))
         if point.map.order > MOST_STATES or size > _MOST_ENDS:
             has = f"{way} has {point.map.order} states and {size} random numbers or values in a period"
@@ -280,12 +281,6 @@ def _decides(target: Endpoint, blocks: Sequence[str]) -> Problem:
         hint="search with `proofmass worst`",
         path=("blocks", target[0]),
     )
-
-
-def _none(target: Endpoint) -> Problem:
-    signal = ".".join(target)
-    hint = "a WhiteNoise, or a converter, must lie on a path to it"
-    return Problem(message=f"no noise reaches {signal}", key=signal, hint=hint, path=("blocks", target[0]))
 
 
 class StartingRates(StartingLoop):

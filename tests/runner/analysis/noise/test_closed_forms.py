@@ -311,6 +311,12 @@ def test_an_output_without_noise_is_refused() -> None:
         budget(blocks, ["w.output -> other.input", "nothing.output -> o.input"], "o.output")
 
 
+def test_a_converter_that_stands_still_is_told_from_one_that_is_not_there() -> None:
+    blocks = {"nothing": Constant(unit="V"), "adc": AnalogToDigital()}
+    with pytest.raises(ModelError, match="what adc would round stands still here: let an input move"):
+        budget(blocks, ["nothing.output -> adc.voltage"], "adc.code")
+
+
 def test_an_empty_band_is_refused() -> None:
     with pytest.raises(ModelError, match="the band is empty"):
         budget({"w": WhiteNoise(), "o": Gain()}, ["w.output -> o.input"], "o.output", band=(600.0, 700.0))
