@@ -1,6 +1,6 @@
 """Errors of runs beside the accuracy that was asked for: `python -m benchmarks.accuracy [--sample]`.
 
-Nonlinear, stiff and switching systems (`accuracy_systems`), and a thousand steps, pulses and ramps that begin anywhere,
+Nonlinear, stiff and switching systems (`accuracy_rows`), and a thousand steps, pulses and ramps that begin anywhere,
 beside closed forms. The error is the largest at any tick, of the largest value of the signal.
 """
 
@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.accuracy_systems import System, graph, systems
+from benchmarks.accuracy_rows import systems
+from benchmarks.accuracy_systems import System, graph
 from proofmass.blocks import (
     LowPass,
     Pulse,

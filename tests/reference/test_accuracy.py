@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.accuracy import ACCURACIES, METHODS, errors_of, kept, starts
-from benchmarks.accuracy_systems import systems
+from benchmarks.accuracy_rows import systems
 from proofmass.blocks import Sine
 from proofmass.graphs.checks.check import check
 from proofmass.graphs.model.build import Graph
