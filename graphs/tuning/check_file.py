@@ -42,10 +42,13 @@ def check_table(
     """Check a parsed file of a graph or a study; raises `ModelError` where no graph can be read."""
     graph = change(graph_in(data, place, own, path))
     problems, study = check(graph), None
-    if (is_study(data) or STUDY in data) and all(problem.note for problem in problems):
+    is_right = all(problem.note for problem in problems)
+    if is_right and (is_study(data) or STUDY in data):
         with collecting(problems):
             study = study_of_table(data, place, graph)
-    if TUNE in data and not is_study(data) and all(problem.note for problem in problems):
-        with collecting(problems):
+    if is_right and TUNE in data and not is_study(data):
+        of_tuning = list[Problem]()
+        with collecting(of_tuning):
             tuning_of_table(data, place, graph)
+        problems += [problem for problem in of_tuning if problem not in problems]  # it may have read the study too
     return CheckedFile(graph, problems, study)

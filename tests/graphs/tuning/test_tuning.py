@@ -73,6 +73,14 @@ def test_all_mistakes_come_at_once() -> None:
     assert len(problems_of(INTEGRATING + wrong)) == 4
 
 
+def test_mistakes_of_the_study_come_beside_those_of_the_tuning() -> None:
+    """Those of a study that the tuning asks for come once, and the tuning waits for them."""
+    study = '[study]\nruns = 4\nspread = { "plant.gian" = { uniform = 0.1 } }\n'
+    wrong = TUNE.replace("phase_margin", "fase")
+    assert len(problems_of(INTEGRATING + wrong + study)) == 2
+    assert len(problems_of(INTEGRATING + wrong + "good = { yield = true, maximise = true }\n" + study)) == 1
+
+
 def test_a_graph_without_the_table_says_what_to_add(tmp_path: Path) -> None:
     path = tmp_path / "loop.toml"
     path.write_text(INTEGRATING, encoding="utf-8")
