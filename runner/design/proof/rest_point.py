@@ -18,6 +18,7 @@ the operating point on. It is of a tick in which all blocks compute, or of whole
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -41,7 +42,7 @@ from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.planned import Plan
 
 _NEWTON, _WIDENED, _NEAR = 12, 16, 1e-13  # steps at most, and part of a number that ends Newton's
-_STEPS, _FOLLOWED = (1, 2, 4, 8, 16), 0.75  # of parameters, and how far R may turn in a step of Newton's
+_STEPS, _MOST_STEPS, _FOLLOWED = (1, 2, 4, 8), 16, 0.75  # of parameters, and how far R may turn in one of Newton's
 _CLOSE, _LEAST = 1e-15, 1e-70  # reaches at least: part of a number, and beside zero
 _FARTHEST = 1e30  # beyond which no reach is tried
 _NOWHERE = "no point of rest is enclosed: something on the way does not settle, or bends too much"
@@ -91,11 +92,9 @@ class RestRun(RestMaps):
         begin = {name: self._nominal(name) for name in (*parameters, *(place.name for place in self.places))}
         end = {place.name: place.range.nominal for place in self.places} | dict(parameters)
         for steps in _STEPS:
-            try:
+            with suppress(UndecidedError):
                 return self._followed(begin, end, steps)
-            except UndecidedError:
-                continue
-        return self._followed(begin, end, 1, watched=False)
+        return self._followed(begin, end, _MOST_STEPS)
 
     def _nominal(self, name: str) -> float:
         """Return what the run has for a parameter or a place."""
@@ -105,18 +104,15 @@ class RestRun(RestMaps):
         block, parameter = split(name)
         return float(getattr(self._begun.blocks[block], parameter))
 
-    def _followed(
-        self, begin: Mapping[str, float], end: Mapping[str, float], steps: int, watched: bool = True
-    ) -> tuple[Array, Array, Array]:
-        """Return where some steps lead; raises `UndecidedError` where Newton's method, if `watched`, does not."""
-        centre, along, before = np.array(self._start), self._along, dict(begin)
-        left = self._begun_left if watched else np.eye(len(centre))
+    def _followed(self, begin: Mapping[str, float], end: Mapping[str, float], steps: int) -> tuple[Array, Array, Array]:
+        """Return where some steps lead; raises `UndecidedError` where Newton's method does not follow them."""
+        centre, along, left, before = np.array(self._start), self._along, self._begun_left, dict(begin)
         for step in range(1, steps + 1):
             now = {name: begin[name] + (value - begin[name]) * (step / steps) for name, value in end.items()}
             apart = [0.0 if place.turns else now[place.name] - before[place.name] for place in self.places]
             if any(apart):
                 centre = centre + along @ apart
-            centre, left, along = self._newton(now, centre, along, left if watched else None)
+            centre, left, along = self._newton(now, centre, along, left)
             before = now
         return centre, left, along
 
