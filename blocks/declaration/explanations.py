@@ -200,8 +200,8 @@ EXPLANATIONS = (
     ),
     Explanation(
         "P0503",
-        "A source is faster than half its rate",
-        r"not below half the rate",
+        "A frequency is above half the rate",
+        r"(not below|above) half the rate",
         "A sampled sine above half the rate has the values of a slower one, and no block can tell.",
         "Raise the rate of the graph or of the block.",
     ),

@@ -12,10 +12,15 @@ from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.rates import base_rate, write_rate
 
 _HELD = "held"  # integration.sources: values of sources are held from tick to tick
+_FOLDED = {  # families whose frequencies are those of signals, and what becomes of one that is too high
+    "sources": "the values are those of a lower one",
+    "filters": "a sampled signal has none there",
+    "statistics": "a sampled signal has none there",
+}
 
 
 def sampling_notes(flat: FlatGraph) -> Iterator[Problem]:
-    """Yield notes on a graph whose wires are right: no probes, a run of one tick, sources above half their rate."""
+    """Yield notes on a graph whose wires are right: no probes, a run of one tick, frequencies above half a rate."""
     if not flat.probes and not flat.measures and not flat.exports:
         hint = 'add probes = ["block.output"] above the first block'
         yield Problem(message="no probes: a run records nothing", key="probes", hint=hint, note=True)
@@ -24,8 +29,9 @@ def sampling_notes(flat: FlatGraph) -> Iterator[Problem]:
     if known and flat.duration is not None and flat.duration < 1 / base_rate(known):
         yield _one_tick(flat.duration, base_rate(known))
     for name, rate in rates.items():
-        if rate is not None and family_of(type(flat.blocks[name])) == "sources":
-            yield from _folded(flat, name, rate)
+        family = family_of(type(flat.blocks[name]))
+        if rate is not None and family in _FOLDED:
+            yield from _folded(flat, name, rate, family)
 
 
 def _one_tick(duration: Fraction, rate: Fraction) -> Problem:
@@ -38,11 +44,11 @@ def _one_tick(duration: Fraction, rate: Fraction) -> Problem:
     )
 
 
-def _folded(flat: FlatGraph, name: str, rate: Fraction) -> Iterator[Problem]:
-    """A source whose frequency is not below half its rate."""
+def _folded(flat: FlatGraph, name: str, rate: Fraction, family: str) -> Iterator[Problem]:
+    """A block with a frequency that is not below half its rate."""
     block = flat.blocks[name]
     says = flat.integration
-    if says.sources != _HELD:
+    if family == "sources" and says.sources != _HELD:
         if says.substeps is None or says.method not in ("auto", "runge_kutta_4"):
             return  # steps are chosen by the frequencies of sources, or by their error
         rate *= says.substeps
@@ -53,7 +59,7 @@ def _folded(flat: FlatGraph, name: str, rate: Fraction) -> Iterator[Problem]:
         value = getattr(block, parameter.name)
         if same_dimension(unit_of(block, parameter), "Hz") and 2 * value >= rate:
             yield Problem(
-                message=f"the {parameter.name} is not below half the rate: the values are those of a lower one",
+                message=f"the {parameter.name} is not below half the rate: {_FOLDED[family]}",
                 got=f"{in_print(value, 'Hz', 6)}, in ticks at {write_rate(rate)}",
                 expected=f"below {in_print(float(rate) / 2, 'Hz', 6)}",
                 hint="raise the rate of the graph, or of the block",

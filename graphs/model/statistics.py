@@ -1,9 +1,11 @@
 """Statistics of measures, a row each: its block, its unit and the options that it needs."""
 
+import operator
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from types import MappingProxyType
+from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.units import short_unit
@@ -28,6 +30,7 @@ class Option:
     example: str  # its value, as it is written in a file
     samples: str = ""  # for a time: the parameter of the block that takes it as a number of samples
     least: int = 1  # for a time: how many such times a run must last
+    spectral: bool = False  # whether it is a frequency, of which a signal has those up to half its rate
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,7 @@ class Statistic:
     unit: str = "{unit}"  # of the measure, for a signal in that unit
     options: Mapping[str, Option] = field(default_factory=dict)
     least: int = 1  # samples, below which it has no value
+    within: Callable[[Any, Any], bool] = operator.le  # how its frequencies lie to half the rate
     defined: str = ""  # output of the block that is true where it has a value; without it, always
     delay: Callable[[Clock, Fraction], Fraction] | None = None  # the block's `delay`, from the clock and `from`
 
@@ -65,9 +69,9 @@ _PERCENT = Option("For a percentile: how many per cent of the values lie below i
 _TAU = Option('For an Allan deviation: the averaging time, "1 s".', '"1 s"', samples="averaging", least=2)
 _TARGET = Option("For a settling time: where the signal settles.", "1.0")
 _WITHIN = Option("For a settling time: how far from the target it may be.", "0.01")
-_FREQUENCY = Option('For a tone or a density: its frequency, "100 Hz".', '"100 Hz"')
-_LOW = Option('For the rms in a band: where the band begins, "1 Hz"; 0 keeps the mean.', '"1 Hz"')
-_HIGH = Option('For the rms in a band: where the band ends, "100 Hz".', '"100 Hz"')
+_FREQUENCY = Option('For a tone or a density: its frequency, "100 Hz".', '"100 Hz"', spectral=True)
+_LOW = Option('For the rms in a band: where the band begins, "1 Hz"; 0 keeps the mean.', '"1 Hz"', spectral=True)
+_HIGH = Option('For the rms in a band: where the band ends, "100 Hz".', '"100 Hz"', spectral=True)
 _SEGMENT = Option('For a density: how long a segment is, "1 s".', '"1 s"', samples="segment")
 STATISTICS: Mapping[str, Statistic] = MappingProxyType(
     {
@@ -91,10 +95,21 @@ STATISTICS: Mapping[str, Statistic] = MappingProxyType(
             delay=_to_the_first_sample,
         ),
         "tone_amplitude": Statistic(
-            ToneMeter, "amplitude", options={"frequency": _FREQUENCY}, least=3, delay=_to_the_first_tick
+            ToneMeter,
+            "amplitude",
+            options={"frequency": _FREQUENCY},
+            least=3,
+            within=operator.lt,
+            delay=_to_the_first_tick,
         ),
         "tone_phase": Statistic(
-            ToneMeter, "phase", unit="rad", options={"frequency": _FREQUENCY}, least=3, delay=_to_the_first_tick
+            ToneMeter,
+            "phase",
+            unit="rad",
+            options={"frequency": _FREQUENCY},
+            least=3,
+            within=operator.lt,
+            delay=_to_the_first_tick,
         ),
         "band_rms": Statistic(BandMeter, "rms", options={"low": _LOW, "high": _HIGH}),
         "density": Statistic(

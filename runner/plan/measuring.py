@@ -1,15 +1,16 @@
 """Measures compiled into the plan: hidden blocks reduce the signals, and their last state gives the measure."""
 
 import math
-from collections.abc import Callable, Mapping
+import operator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import size_of, unit_of
-from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.blocks.declaration.shown_units import displayed
+from proofmass.blocks.declaration.problem import ModelError, Problem, collecting
+from proofmass.blocks.declaration.shown_units import displayed, in_print
 from proofmass.graphs.checks.schedule import Beat, Schedule
 from proofmass.graphs.formulas.tree import plainly
 from proofmass.graphs.model.flatten import FlatGraph
@@ -52,20 +53,27 @@ def with_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[FlatGraph, Sch
     """
     blocks, rates, wires = dict(graph.blocks), dict(graph.rates), list(graph.wires)
     divisors, drivers, phases = dict(scheduled.divisors), dict(scheduled.drivers), dict(scheduled.phases)
-    offsets = dict(graph.offsets)
-    for measure in graph.measures.values():
+    offsets, problems = dict(graph.offsets), list[Problem]()
+    for own, measure in graph.measures.items():
         name = _reducer(graph, measure)
         source, port = split(measure.signal)
         clock = _clock(graph, scheduled, (source, port))
         unit = unit_of(graph.blocks[source], type(graph.blocks[source]).outputs[port])
-        block = _hidden_block(graph, name, measure, unit, clock)
-        if block is not None and name not in blocks:
+        block = None
+        with collecting(problems):
+            block = _hidden_block(graph, name, measure, unit, clock)
+        if block is None:
+            continue
+        problems += map(graph.placed, _folded(f"{MEASURES}.{own}", measure, block, clock.rate))
+        if name not in blocks:
             rates[name], blocks[name] = clock.rate, block
             wires.append(Wire(measure.signal, f"{name}.input"))
             divisors[name] = _stride(graph, scheduled, (source, port))
             if source in phases:
                 phases[name], offsets[name] = phases[source], offsets[source]
             drivers[name, "input"] = source, port
+    if problems:
+        raise ModelError([*dict.fromkeys(problems)])  # two measures may share a block
     measured = replace(graph, blocks=blocks, rates=rates, offsets=offsets, wires=tuple(wires))
     in_order = {name: divisors[name] for name in measured.blocks}
     return measured, replace(scheduled, divisors=in_order, drivers=drivers, phases=phases)
@@ -86,6 +94,23 @@ def _hidden_block(graph: FlatGraph, name: str, measure: Measure, unit: str, cloc
         times = STATISTICS[measure.statistic].times
         key = own if own in dict(measure.options) else next(iter(times), "from")
         raise graph.placed(replace(first, key=f"{name}.{key}", path=(*name.split("."), key))).error from None
+
+
+def _folded(name: str, measure: Measure, block: Block, rate: Fraction) -> Iterator[Problem]:
+    """Yield the frequencies of a measure that its signal does not have."""
+    statistic = STATISTICS[measure.statistic]
+    for key in (key for key, option in statistic.options.items() if option.spectral):
+        value: float = getattr(block, key)
+        if not statistic.within(2 * Fraction(value), rate):
+            is_below = statistic.within is operator.lt
+            yield Problem(
+                message=f"is {'not below' if is_below else 'above'} half the rate of the signal",
+                key=f"{name}.{key}",
+                got=f"{in_print(value, 'Hz', 6)}, of {measure.signal} at {write_rate(rate)}",
+                expected=f"{'below' if is_below else 'at most'} {in_print(float(rate / 2), 'Hz', 6)}",
+                hint="a signal has nothing there: raise its rate, or lower the frequency",
+                path=(*name.split("."), key),
+            )
 
 
 def planned_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[PlannedMeasure, ...]:

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from proofmass.blocks.declaration.unit_expressions import BASE, PREFIXES, UNITS, UnitError, unit
+from proofmass.blocks.declaration.unit_expressions import BASE, PREFIXES, UNITS, UnitError, is_unit, unit
 from proofmass.blocks.declaration.units import convert, convert_exactly, same_dimension, same_unit
 
 EXPRESSIONS = {  # ours: pint's
@@ -301,3 +301,10 @@ def test_a_hint_has_the_dimension_that_is_wanted(text: str, target: str, hint: s
     assert refused.value.hint == hint
     if hint.startswith("write"):
         convert(hint.split('"')[1], target)
+
+
+@pytest.mark.parametrize(
+    ("text", "known"), [("m/s^2", True), ("V", True), ("m/foo", False), ("volt", False), ("/", False)]
+)
+def test_a_unit_is_told_from_other_texts(text: str, known: bool) -> None:
+    assert is_unit(text) == known

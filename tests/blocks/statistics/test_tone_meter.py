@@ -23,3 +23,9 @@ def test_amplitude_and_phase(frequency: float, skip: int, delay: float) -> None:
 def test_nothing_is_known_of_two_samples() -> None:
     rows = drive(ToneMeter(frequency=100.0), [{"input": 3.0}] * 3, PERIOD)
     assert [row["amplitude"] for row in rows] == [0.0, 0.0, 0.0]
+
+
+def test_a_tone_of_which_samples_have_no_sine_is_not_known() -> None:
+    """A measure refuses a frequency of half the rate; a block that has it gives zero, and `check` a note."""
+    rows = drive(ToneMeter(frequency=500.0), [{"input": float((-1) ** k)} for k in range(9)], PERIOD)
+    assert [row["amplitude"] for row in rows] == [0.0] * 9

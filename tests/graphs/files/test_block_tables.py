@@ -8,6 +8,7 @@ from proofmass.blocks.declaration.catalog import load_own_blocks
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.limits import PROBLEMS
 from tests.by_hand.graph_texts import SMALL, line_of, problems_of
 
 PART = 'exports = { out = "a.output" }\n[blocks.a]\nkind = "Step"\n'
@@ -73,3 +74,9 @@ def test_an_own_block_whose_defaults_do_not_go_together_has_the_problems_of_its_
     (problem,) = caught.value.problems
     assert str(problem).startswith("<text>:5: blocks.b.high: does not go with the other parameters")
     assert problem.expected == "above low"
+
+
+def test_beyond_a_hundred_wrong_blocks_no_more_are_read() -> None:
+    wrong = "".join(f'[blocks.wrong_{i}]\nkind = "Stpe"\n' for i in range(PROBLEMS + 20))
+    found = [problem for problem in problems_of(wrong) if problem.key.endswith(".kind")]
+    assert len(found) == PROBLEMS

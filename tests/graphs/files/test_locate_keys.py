@@ -213,3 +213,9 @@ def test_time_grows_with_length_alone(piece: str) -> None:
     with contextlib.suppress(LimitError):
         locate_keys(piece * (1_000_000 // len(piece)))
     assert time.process_time() - began < 1.0
+
+
+def test_what_is_no_key_has_no_line() -> None:
+    """The parser of TOML refuses it, and says where."""
+    assert locate_keys("= 3\na = 1") == {("a",): 2}
+    assert locate_keys('"\\q" = 1') == {("\\q",): 1}  # no escape

@@ -354,3 +354,8 @@ def test_dates_are_no_numbers() -> None:
 def test_keys_that_python_keeps_for_itself_are_no_parameters(key: str) -> None:
     text = changed(SMALL, "bits = 16", f'"{key}" = 16')
     assert [(p.line, p.message) for p in problems_of(text)] == [(27, "AnalogToDigital has no such parameter")]
+
+
+def test_a_key_of_the_graph_in_another_table_does_not_take_the_place_of_its_own() -> None:
+    found = problems_of(SMALL.replace("[blocks", '[loops.main]\nopen_at = "adc.code"\nprobes = []\n[blocks', 1))
+    assert [(p.key, p.message) for p in found] == [("loops.main.probes", "stands in the wrong table")]

@@ -70,6 +70,7 @@ def test_a_wire_is_one_text(wires: Any) -> None:
         (lambda: simulate({}), r'not a graph\n  got:      \{\}\n  hint:     name its file, or write Graph\(name='),
         (lambda: proofmass.run_study("x.toml", jobs=2), r"did you mean threads\?"),
         (lambda: GRAPH.run(), r"simulate is a function: proofmass\.simulate\(graph\)"),
+        (lambda: GRAPH.noise(), r"noise is a function: proofmass\.noise\(graph\)"),
         (lambda: GRAPH.plot(), r"a result draws itself, as simulate\(graph\)\.plot\(\)"),
         (lambda: GRAPH.load(), r"a graph has no attribute 'load'$"),
         (lambda: GRAPH.bode(), r"margins is a function: proofmass\.margins\(graph\)"),

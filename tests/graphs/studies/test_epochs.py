@@ -6,12 +6,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from proofmass.blocks import Constant
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.model.build import Graph
 from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.epochs import NEVER, Recalibration
 from proofmass.graphs.studies.study_reader import read_study
 from tests.by_hand.graph_texts import changed, line_of
 from tests.by_hand.study_texts import CALIBRATED
+
+LEVEL = {"level": {"signal": "level.output", "statistic": "last"}}
 
 MONTH, YEAR = 2629800.0, 31557600.0
 
@@ -96,3 +100,12 @@ def test_mistakes_are_told_with_their_line(tmp_path: Path, old: str, new: str, s
     assert said in str(caught.value)
     lines = [problem.line for problem in caught.value.problems]
     assert any(abs(line - line_of(text, place)) <= 1 for line in lines), (lines, line_of(text, place))
+
+
+def test_a_parameter_that_is_swept_drifts_from_each_of_its_values() -> None:
+    """10 % a year for two years are 20 %."""
+    graph = Graph(name="a level", rate="1 kHz", blocks={"level": Constant()}, measures=LEVEL)
+    drift, ages = {"level.value": {"ramp": "10 %/year", "relative": True}}, {"ages": ["0 h", "2 year"]}
+    study = Study(graph, runs=2, sweep={"level.value": [1.0, 2.0]}, drift=drift, epochs=ages)
+    found = [[at["level.value"] for at in study.drawn(run)] for run in range(study.points)]
+    assert found == [pytest.approx([1.0, 1.2]), pytest.approx([2.0, 2.4])]

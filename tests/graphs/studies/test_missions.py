@@ -99,7 +99,9 @@ def test_the_spread_of_cycles_is_between_sensors() -> None:
 def test_a_history_from_a_file(tmp_path: Path) -> None:
     (tmp_path / "chamber.csv").write_text("t [h],oven [K]\n2,253\n10,353\n12,353\n26,253\n")
     named = {"file": "chamber.csv", "time": "t", "temperature": "oven"}
-    assert read_mission(named, str(tmp_path)) == read_mission(POINTS, ".")
+    mission = read_mission(named, str(tmp_path))
+    assert mission == read_mission(POINTS, ".")
+    assert repr(mission) == "Mission(0.0: 253.0, 28800.0: 353.0, 36000.0: 353.0, 86400.0: 253.0)"
 
 
 @pytest.mark.exhaustive

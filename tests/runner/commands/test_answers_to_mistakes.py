@@ -187,7 +187,7 @@ def test_the_number_of_runs_is_an_integer() -> None:
     ("old", "new", "words"),
     [
         ('rate = "10 kHz"', 'rate = "10 mHz"', "the run is over after the tick at time 0"),
-        ('"90 Hz"', '"90 kHz"', "the frequency is not below half the rate"),
+        ('"90 Hz"', '"90 kHz"', "the frequency is not below half the rate: the values are those of a lower one"),
         ('"10 V"', '"1 mV"', "the code stood at the end of its range\n  got:      499 of 501 rows at 32,767"),
         ('probes = ["sensor.displacement", "adc.code"]', "", "no probes: a run records nothing"),
     ],

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, where
-from proofmass.blocks.arithmetic.mantissa import Mantissa, Rounding
+from proofmass.blocks.arithmetic.mantissa import Mantissa, Rounding, left_over
 from proofmass.runner.fixed.affine import (
     ERROR,
     INPUT,
@@ -159,3 +159,7 @@ def test_random_steps_are_their_forms() -> None:
 def test_what_is_not_affine_is_refused(operation: Callable[[Any], Any]) -> None:
     with pytest.raises(NotAffineError):
         operation(form())
+
+
+def test_the_rest_of_a_search_counts_as_nothing() -> None:
+    assert left_over(form(), 1, 1) == 0

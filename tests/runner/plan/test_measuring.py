@@ -198,3 +198,25 @@ def test_a_measure_that_begins_after_the_run_is_not_a_number() -> None:
     result = simulate(MEASURED, duration=0.1)
     assert all(math.isnan(measure.value) for measure in result.measures.values())
     assert result.measures["bit_last"].as_data()["value"] is None
+
+
+@pytest.mark.defect("S875", before="0 for a tone at half the rate, and bands and densities beyond it", after="refused")
+def test_frequencies_that_a_signal_does_not_have_are_refused_together() -> None:
+    """The codes come at 500 Hz, the sums at 2 kHz. At half the rate a density is defined, and a tone is not."""
+    measures = {
+        "tone": {"signal": "adc.code", "statistic": "tone_amplitude", "frequency": "250 Hz"},
+        "phase": {"signal": "adc.code", "statistic": "tone_phase", "frequency": "250 Hz"},
+        "band": {"signal": "sum.output", "statistic": "band_rms", "low": "10 Hz", "high": "1001 Hz"},
+        "density": {"signal": "adc.code", "statistic": "density", "frequency": "300 Hz", "segment": "80 ms"},
+        "edge": {"signal": "adc.code", "statistic": "density", "frequency": "250 Hz", "segment": "80 ms"},
+        "whole": {"signal": "sum.output", "statistic": "band_rms", "low": "10 Hz", "high": "1 kHz"},
+    }
+    with pytest.raises(ModelError) as caught:
+        plan(dataclasses.replace(GRAPH, measures=measures))
+    said = sorted((problem.key, problem.got) for problem in caught.value.problems)
+    assert said == [
+        ("measures.band.high", "1.001 kHz, of sum.output at 2 kHz"),
+        ("measures.density.frequency", "300 Hz, of adc.code at 500 Hz"),
+        ("measures.phase.frequency", "250 Hz, of adc.code at 500 Hz"),
+        ("measures.tone.frequency", "250 Hz, of adc.code at 500 Hz"),
+    ]

@@ -19,7 +19,7 @@ from proofmass.graphs.files.library import library_file
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Place
-from proofmass.runner.plan.recording import read_recordings
+from proofmass.runner.plan.recording import RecordingError, read_columns, read_recordings
 
 
 def read(path: Path, column: str = "", unit: str = "m/s^2") -> tuple[list[float], list[float]]:
@@ -324,3 +324,21 @@ def test_times_that_are_dates_are_refused(tmp_path: Path) -> None:
     assert read(csv_file(tmp_path, "time [s],a\n0,1\n1700000000.5,2\n"))[0] == [0.0, 1700000000.5]
     late = [2e8, 3e8, 4.5e8]  # a mission of years: longer than it is since 0 s, so these are no dates
     assert read(csv_file(tmp_path, "time [s],a\n" + "".join(f"{time},1\n" for time in late)))[0] == late
+
+
+def test_a_variable_with_times_of_its_own_is_chosen_beside_another_of_its_axis(tmp_path: Path) -> None:
+    variables = {
+        "time": ("time", [0.0, 0.5], {"units": "s"}),
+        "tau": ("time", [1.0, 2.0], {"units": "s"}),
+        "level": ("time", [3.0, 4.0], {"units": "V"}),
+        "other": ("step", [5.0, 6.0], {"units": "V"}),
+    }
+    path = netcdf_file(tmp_path, variables)
+
+    def chosen(first: str, second: str) -> list[list[float]]:
+        pair = read_columns(path, lambda names: (names.index(first), names.index(second)))
+        return [column.values.tolist() for column in pair]
+
+    assert chosen("tau", "level") == [[1.0, 2.0], [3.0, 4.0]]
+    with pytest.raises(RecordingError, match="tau and other are not on one time axis"):
+        chosen("tau", "other")

@@ -209,3 +209,14 @@ def test_sensors_whose_buffers_have_other_lengths(tmp_path: Path) -> None:
     assert len(set(alone["last"][:, 0].tolist())) == 16
     for lanes in (0, 8):
         assert run_study(study, engine="compiled", lanes=lanes).digest == alone.digest
+
+
+@pytest.mark.exhaustive
+def test_sensors_that_are_not_even_planned_fail_alone(tmp_path: Path) -> None:
+    """What a start follows from is computed before sensors run together: of some it may not be."""
+    text = changed(FLICKER, '{ uniform = "900 mHz" }', '{ values = ["1 Hz", "-1 Hz"] }')
+    study = study_of(tmp_path / "study.toml", text)
+    alone, together = run_study(study, engine="python"), run_study(study, engine="compiled", lanes=8)
+    assert 0 < len(alone.faults) < 16
+    assert together.faults == alone.faults
+    assert together.digest == alone.digest
