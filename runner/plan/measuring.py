@@ -73,7 +73,8 @@ def with_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[FlatGraph, Sch
                 phases[name], offsets[name] = phases[source], offsets[source]
             drivers[name, "input"] = source, port
     if problems:
-        raise ModelError([*dict.fromkeys(problems)])  # two measures may share a block
+        told = dict.fromkeys(problems)  # two measures may share a block
+        raise ModelError(sorted(told, key=lambda problem: problem.line))
     measured = replace(graph, blocks=blocks, rates=rates, offsets=offsets, wires=tuple(wires))
     in_order = {name: divisors[name] for name in measured.blocks}
     return measured, replace(scheduled, divisors=in_order, drivers=drivers, phases=phases)
