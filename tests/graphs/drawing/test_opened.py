@@ -1,10 +1,13 @@
 """Opened subgraphs: what wires and probes outside reach, also where these are wrong or go deeper."""
 
+from xml.etree import ElementTree
+
 import pytest
 
 from proofmass.blocks import Gain, Step
-from proofmass.graphs.drawing.diagram import svg, with_tabs
+from proofmass.graphs.drawing.diagram import subgraph_paths, svg, with_tabs
 from proofmass.graphs.drawing.picture import TAB, picture_of
+from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.flatten import flatten
 
@@ -40,3 +43,15 @@ def test_a_probe_two_levels_down_is_at_the_export_of_the_part_between() -> None:
     tabs, probes = opened(part, "part.b.out -> gain.input", probe="part.b.g.output")
     assert tabs == [f"b.g.output{TAB}"]
     assert probes == [("b", "out")]
+
+
+def test_a_wire_that_is_named_has_its_name_at_both_ends_but_where_it_comes_in() -> None:
+    """The tab by which it comes into an opened part has its name already."""
+    graph = read_graph("library:hemispherical_rebalance")
+    root, space = ElementTree.fromstring(svg(graph, subgraph_paths(graph))), "{http://www.w3.org/2000/svg}"
+    labels = {}
+    for net in root.iterfind(f".//{space}g[@class='named']"):
+        wires = [wire.get("data-wire") or "" for wire in net.iterfind(f"{space}g") if wire.get("data-wire")]
+        labels[wires[0]] = len(list(net.iter(f"{space}text"))) - len(wires)
+    assert labels["resonator.shell.→rotation.value → resonator.shell.shell.rotation"] == 0
+    assert {more for wire, more in labels.items() if TAB not in wire.partition(" ")[0]} == {1}

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+import proofmass
 from proofmass.blocks import AnalogToDigital, Constant, Gain
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph
@@ -245,6 +246,10 @@ def test_every_field_is_in_the_flat_graph_or_the_same_in_its_root() -> None:
             assert field.name in {own.name for own in dataclasses.fields(flat)}
         elif field.name != "subgraphs":
             assert getattr(flat.as_graph(), field.name) == getattr(flat.root, field.name)
+
+
+def test_a_graph_shows_itself_where_pictures_are_known() -> None:
+    assert str(proofmass.Graph(name="", blocks={})._repr_svg_()).startswith("<svg")
 
 
 @pytest.mark.exhaustive

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proofmass.blocks import Constant
+from proofmass.blocks import Constant, LowPass, Ramp
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
@@ -94,3 +94,36 @@ def test_all_at_once_compiled(first: int, tmp_path: Path) -> None:
     loop = driven(graph, {name: DRIVABLE[type(block)] for name, block in tested.items()})
     expected, found = bits(graph, "python"), bits(loop, "compiled")
     assert [name for name in expected if found[name] != expected[name]] == []
+
+
+@pytest.mark.parametrize("engine", ["python", "compiled"])
+@pytest.mark.parametrize("slope", [0.0, 1.0])
+def test_a_parameter_that_moves_between_ticks(slope: float, engine: EngineName) -> None:
+    """x' = v (1 - x), y' = w (x u - y), of u = 1 or u = t, on a straight line between ticks.
+
+    Without x, y of t is t - (1 - exp(-w t)) / w; t exp(-v t) makes w / (w - v) (t - 1 / (w - v))
+    exp(-v t) + w / (w - v)^2 exp(-w t).
+    """
+    v, w = 2.0 * np.pi * 20.0, 2.0 * np.pi * 50.0
+    source = Ramp(offset=0.0, slope=slope) if slope else Constant(value=1.0)
+    graph = Graph(
+        name="product",
+        rate="1 kHz",
+        duration="0.1 s",
+        blocks={
+            "one": Constant(value=1.0),
+            "u": source,
+            "x": LowPass(corner_frequency=20.0),
+            "y": LowPass(corner_frequency=50.0),
+        },
+        wires=["one.output -> x.input", "u.output -> y.input", "x.output -> y.gain"],
+        probes=["y.output"],
+        integration={"sources": "first_order_hold", "accuracy": 1e-10},
+    )
+    trace = simulate(graph, engine=engine)["y.output"]
+    t, apart = trace.times, w - v
+    fast, slow = np.exp(-w * t), np.exp(-v * t)
+    expected = t - (1.0 - fast) / w - w / apart * (t - 1.0 / apart) * slow - w / apart**2 * fast
+    if not slope:
+        expected = 1.0 - fast - w / apart * (slow - fast)
+    assert trace.values == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())

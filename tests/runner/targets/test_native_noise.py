@@ -26,6 +26,7 @@ from proofmass.blocks import (
     MassSpringDamper,
     MovingAverage,
     SamplingNoise,
+    SigmaDeltaModulator,
     Sine,
     Sum,
     WhiteNoise,
@@ -253,6 +254,28 @@ def test_a_wire_that_is_cut_passes_nothing_on() -> None:
     fast, slow = both(one_bit_loop(gain=100.0), [node], inputs=[node], cut=True, noise={"bit": bit}, span=3)
     assert_alike(fast, slow)
     assert fast.parts()[0] == pytest.approx(np.eye(1))
+
+
+@pytest.mark.parametrize("size", [0.5, 3.0])
+def test_levels_of_a_modulator(size: float) -> None:
+    """Within its eight levels a choice is a rounding, beyond them it stands still. Slopes by its weights are those of
+    what is rounded, and in plain Python of what is not.
+    """
+    blocks: dict[str, Block] = {
+        "signal": Sine(amplitude=size, frequency=20.0, unit="V"),
+        "white": WhiteNoise(density=1e-4, unit="V"),
+        "sum": Sum(unit="V"),
+        "modulator": SigmaDeltaModulator(gains=(0.5, 0.5), levels=8),
+    }
+    wires = ["signal.output -> sum.first", "white.output -> sum.second", "sum.output -> modulator.input"]
+    fast, slow = both(graph_of(blocks, *wires), [("modulator", "output")])
+    assert [key[1] for key in fast.states] == 2 * ["weights"] + 2 * ["returns"] + 2 * ["integrators"]
+    assert fast.inputs == slow.inputs
+    assert fast.matrix[:, 4:-1] == pytest.approx(slow.matrix[:, 4:-1], rel=1e-12, abs=1e-12)
+    columns = [fast.order + fast.inputs.index(("modulator", "rounding error", tick)) for tick in range(4)]
+    errors = fast.matrix[fast.order : fast.order + 4, columns]
+    assert errors[:2, 0] == pytest.approx([2.0 / 7.0, -1.0 / 7.0])  # a level, of which half comes back
+    assert errors[3, :3].any() == (size < 1.0)  # beyond the last level nothing does
 
 
 def test_a_sum_of_random_numbers() -> None:
