@@ -1,7 +1,7 @@
 """The worst among some sensors of a box: how far a proved bound may be from the truth at most."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +25,7 @@ from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
+_AROUND = 8  # places of a turn that are looked at
 _ROUNDING = 1e-9  # part of an rms, of which a nearly neutral mode is summed over a long time
 
 
@@ -60,6 +61,11 @@ class Sensors:
         if self.rest is None:
             return linearised(planned, tick)
         return self.rest.linearised(planned, self._places(parameters or {}))
+
+    @property
+    def turns(self) -> set[str]:
+        """The names of places that are whole turns, whose ends are one."""
+        return set() if self.rest is None else {place.name for place in self.rest.places if place.turns}
 
     def _places(self, parameters: Mapping[str, float]) -> Mapping[str, float]:
         names = set() if self.rest is None else {place.name for place in self.rest.places}
@@ -144,15 +150,19 @@ def margin_of(found: Margins, kind: str) -> float:
 
 
 def least_found(sensors: Sensors, ranges: tuple[Range, ...], claim: Claim) -> LeastFound:
-    """Return the worst of the nominal sensor, of both ends of each range, and of all the worse ends together."""
-    nominal = {r.written: r.nominal for r in ranges}
+    """Return the worst of the nominal sensor, of both ends of each range, and of all the worse ends together.
+
+    A whole turn has no ends: places all around it are looked at.
+    """
+    nominal, turns = {r.written: r.nominal for r in ranges}, sensors.turns
     worse = dict(nominal)
     found = [_least(sensors, claim, [nominal])]
     for r in ranges:
-        end = _least(sensors, claim, [nominal | {r.written: value} for value in (r.low, r.high)])
+        values = np.linspace(r.low, r.high, _AROUND, endpoint=False) if r.written in turns else (r.low, r.high)
+        end = _least(sensors, claim, [nominal | {r.written: float(value)} for value in values])
         worse[r.written] = end.at[r.written]
         found.append(end)
-    return worst_of([*found, _least(sensors, claim, _corners(worse, ranges))], claim)
+    return worst_of([*found, _least(sensors, claim, _corners(worse, ranges, turns))], claim)
 
 
 def worst_of(found: Iterable[LeastFound], claim: Claim) -> LeastFound:
@@ -160,11 +170,16 @@ def worst_of(found: Iterable[LeastFound], claim: Claim) -> LeastFound:
     return min(found, key=lambda one: claim.sign * one.margin)
 
 
-def _corners(worse: Mapping[str, float], ranges: tuple[Range, ...]) -> Iterator[dict[str, float]]:
-    """Yield the corner of the worse ends, and those that differ from it in one."""
+def _corners(
+    worse: Mapping[str, float], ranges: tuple[Range, ...], turns: Collection[str]
+) -> Iterator[dict[str, float]]:
+    """Yield the corner of the worse ends, and those that differ from it in one: by half a step around a turn."""
     yield dict(worse)
     for r in ranges:
-        yield {**worse, r.written: r.low if worse[r.written] == r.high else r.high}
+        at, width = worse[r.written], r.high - r.low
+        near = [r.low + (at + by * width / (2 * _AROUND) - r.low) % width for by in (-1, 1)]
+        for value in near if r.written in turns else [r.low if at == r.high else r.high]:
+            yield {**worse, r.written: value}
 
 
 def _least(sensors: Sensors, claim: Claim, parameters: Iterable[dict[str, float]]) -> LeastFound:
