@@ -246,6 +246,7 @@ def period_map(
     """
     heard = [*outputs, *((name, "") for name in quantisers or ())]
     upstream, moving = blocks_of_map(plan, inputs, heard, everything, noise)
+    holding = moving | {name for name, _ in inputs}  # slower inputs last from tick to tick, too
     quantisers = noise.keys() if quantisers is None else quantisers
     ticks = span or period_of_blocks(plan, moving, [*inputs, *outputs]) * periods
     memory = memory or start(plan)
@@ -262,14 +263,14 @@ def period_map(
     while True:
         begin = with_slopes(memory, plan, point_slopes, rings) if by_parameters else memory.copy()
         seeded = seed(plan, begin, sorted(moving), counted, rings)
-        seeded += seed_wires(plan, begin, moving | {name for name, _ in inputs})
+        seeded += seed_wires(plan, begin, holding)
         values = [held_in(begin, entry, rings) for entry in seeded]
         given = plan, begin, upstream, inputs, outputs, cut, by_parameters, integrated
         engine: DualTicks | CompiledSlopes | CompiledNoise
         in_code: CompiledNoise | None = None
         starts = {entry: place_of(memory, entry, rings) for entry in seeded}
         if code is not None and not single:
-            followed = Followed(upstream, moving, inputs, outputs, noise, drawn, quantisers, cut)
+            followed = Followed(upstream, holding, inputs, outputs, noise, drawn, quantisers, cut)
             # start-up time: short periods need no compiler
             from proofmass.runner.targets import native_noise
 

@@ -32,6 +32,7 @@ from proofmass.runner.analysis.linearisation.covariance import summed
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation
+from proofmass.runner.analysis.linearisation.orbit_run import OrbitRun
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map, variance
 from proofmass.runner.derivatives.dual_noise import rounds
@@ -172,6 +173,7 @@ class _Along:
         self._ticks = round(whole.period / about.plan.period)
         self.few = min(_INSTANTS, max(1, _MAPPED // self._ticks))  # of them
         self._run = about.course.with_noise(about.course.at(whole.tick))
+        self._rings = OrbitRun(about.plan, ends, about.course.onward(whole.tick)).rings
         self._maps = dict[int, PeriodMap | None]()
 
     def map(self, number: int) -> PeriodMap | None:
@@ -181,7 +183,8 @@ class _Along:
             with suppress(ModelError, TickError):
                 apart = max(1, _TICKS // (self._ticks * self.few)) * self._ticks
                 options = {"memory": self._run.to(self._first + number * apart), "span": self._ticks, "drawn": True}
-                self._maps[number] = self._ends.map(self._about.plan, **options, slopes=self._about.course.slopes)
+                options |= {"rings": self._rings, "slopes": self._about.course.slopes}
+                self._maps[number] = self._ends.map(self._about.plan, **options)
         return self._maps[number]
 
 
