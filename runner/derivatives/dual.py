@@ -38,6 +38,7 @@ _BITS = "is an operation on the bits of a number that signals move"
 
 _Error = Callable[[Any, Drop], Any]  # adds a rounding's error to a number
 _ERROR: ContextVar[_Error | None] = ContextVar("error of a rounding", default=None)  # where numbers are whole
+_TIES: ContextVar["Ties | None"] = ContextVar("comparisons of equal numbers", default=None)  # where they are counted
 
 
 @contextmanager
@@ -48,6 +49,26 @@ def with_errors(of: _Error) -> Iterator[None]:
         yield
     finally:
         _ERROR.reset(token)
+
+
+class Ties:
+    """Counts comparisons of equal numbers that move apart; with a `side`, 1 or -1, they come out as a little later.
+
+    All directions count alike: numbers move by the sum of their slopes, or against it.
+    """
+
+    def __init__(self, side: int = 0) -> None:
+        self.side, self.found = side, 0
+
+
+@contextmanager
+def with_ties(of: Ties) -> Iterator[None]:
+    """Count ties meanwhile."""
+    token = _TIES.set(of)
+    try:
+        yield
+    finally:
+        _TIES.reset(token)
 
 
 class Dual(Mantissa):
@@ -178,16 +199,24 @@ class Dual(Mantissa):
         return bool(plain(self) == plain(other))
 
     def __lt__(self, other: Any) -> bool:
-        return bool(plain(self) < plain(other))
+        return self._compared(other, bool(plain(self) < plain(other)), True)
 
     def __le__(self, other: Any) -> bool:
-        return bool(plain(self) <= plain(other))
+        return self._compared(other, bool(plain(self) <= plain(other)), True)
 
     def __gt__(self, other: Any) -> bool:
-        return bool(plain(self) > plain(other))
+        return self._compared(other, bool(plain(self) > plain(other)), False)
 
     def __ge__(self, other: Any) -> bool:
-        return bool(plain(self) >= plain(other))
+        return self._compared(other, bool(plain(self) >= plain(other)), False)
+
+    def _compared(self, other: Any, made: bool, if_less: bool) -> bool:
+        ties = _TIES.get()
+        if ties is None or plain(self) != plain(other):
+            return made
+        apart = sum(self.slopes.values()) - sum(slopes_of(other, self.level).values())
+        ties.found += bool(apart)
+        return (ties.side * apart < 0.0) == if_less if ties.side * apart else made
 
 
 def dual(value: Any, slopes: Slopes, level: int = 0) -> Any:

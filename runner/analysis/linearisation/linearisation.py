@@ -24,6 +24,7 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.loops import AUTO, PERIODIC, SETTLED
 from proofmass.graphs.model.rates import read_duration
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group, analog_map, analog_map_at
+from proofmass.runner.analysis.linearisation.corners import corner_notes
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Course, Onward
 from proofmass.runner.analysis.linearisation.growth import makes_growth, starts_up
@@ -101,6 +102,14 @@ class Linearisation:
                 exact, later = ends.map(self.plan, **point.where, by_ticks=False).with_slopes(moved), ()
         starting = point.map.starting
         return replace(exact, notes=notes, later=later, others=point.others, told=self.told, starting=starting)
+
+    def corner_notes(
+        self, inputs: Sequence[Endpoint], outputs: Sequence[Endpoint], cut: bool = False
+    ) -> tuple[str, ...]:
+        """Return a note for each block between some wires that stands exactly at a corner."""
+        ends = Ends(tuple(inputs), tuple(outputs), cut)
+        point = self.point_of(ends)
+        return corner_notes(self.plan, ends, point.memory or self.course.at(point.map.tick))
 
     def point_of(self, ends: Ends) -> OrbitPoint:
         """Return the operating point of the map between some wires; raises `ModelError`."""
@@ -239,8 +248,11 @@ class OperatingPoints:
         """Return the loop through an output at the operating point, or at the first one where it does not start up.
 
         At points after the start a loop that cannot be linearised there is what `otherwise` returns.
+        Blocks that stand at a corner there have a note.
         """
-        return self.about_loop(node, by_parameters, otherwise)[1]
+        about, system = self.about_loop(node, by_parameters, otherwise)
+        notes = () if system.continuous else about.corner_notes((node,), (node,), cut=True)
+        return replace(system, map=replace(system.map, notes=(*system.map.notes, *notes))) if notes else system
 
     def about_loop(
         self, node: Endpoint, by_parameters: bool = False, otherwise: "Otherwise | None" = None

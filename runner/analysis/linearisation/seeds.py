@@ -88,6 +88,17 @@ def with_slopes(memory: Memory, plan: Plan, slopes: PointSlopes | None, rings: R
     return begin
 
 
+def along(plan: Plan, memory: Memory, names: Iterable[str], slope: Callable[[], float]) -> Memory:
+    """Return a copy whose numbers, those of some blocks, all move along one direction with some slopes."""
+    begin = memory.copy()
+
+    def moved(entry: Entry, kind: type, value: Any) -> Any:
+        return value + dual(0.0, {"along": slope()}, SIGNALS) if kind is float else value
+
+    _change(plan, begin, names, NO_RINGS, moved)
+    return begin
+
+
 def seed(plan: Plan, begin: Memory, names: Sequence[str], counted: set[str], rings: Rings) -> list[Entry]:
     """Give every number of the states and buffers of blocks a direction of its own."""
     seeded: list[Entry] = []

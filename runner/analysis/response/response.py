@@ -226,7 +226,9 @@ def response_of(
     about: Linearisation, source: Endpoint, target: Endpoint, frequencies: Sequence[float] = ()
 ) -> Response:
     """Return the linear response between two outputs about an operating point."""
-    return response_of_map(about.plan, source, target, about.map([source], [target]), frequencies)
+    whole = about.map([source], [target])
+    notes = (*whole.notes, *about.corner_notes([source], [target]))
+    return response_of_map(about.plan, source, target, replace(whole, notes=notes), frequencies)
 
 
 def response_of_map(
