@@ -17,7 +17,7 @@ def explain(error: Exception) -> int:
     """Print an error and return its exit code."""
     # start-up time: `proofmass --help` refuses nothing
     from proofmass.blocks.declaration.libraries import told
-    from proofmass.blocks.declaration.problem import ModelError
+    from proofmass.blocks.declaration.problem import ModelError, Problem
     from proofmass.runner.commands.own_blocks import raised_by_own_block
 
     error = raised_by_own_block(error) or error
@@ -30,7 +30,7 @@ def explain(error: Exception) -> int:
         click.echo(count(len(error.problems), "problem"), err=True)
         return WRONG_MODEL
     click.echo(_message(error), err=True)
-    if failed := getattr(error, "problem", None):
+    if isinstance(failed := getattr(error, "problem", None), Problem):
         print_codes([failed])
     return FAILED
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from proofmass.blocks.declaration.problem import Refusal
 from proofmass.blocks.declaration.unit_expressions import UnitError
 from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.build import read_probe
@@ -75,5 +76,5 @@ def _probes(graph: Graph, signal: str) -> list[Probe]:
         return list(graph.probes)
     try:
         return [read_probe(one) for one in outputs_of(graph, signal, "--probe")]
-    except UnitError:
+    except Refusal:  # a UnitError too
         raise click.UsageError(f"--probe {signal}: write BLOCK.PORT, for example adc.number") from None

@@ -117,7 +117,7 @@ def read_columns(path: Path, choice: Choice) -> ColumnPair:
             raise RecordingError("is not a file")
         if path.stat().st_size > LARGEST_FILE:
             raise RecordingError("is larger than 2 GiB", hint="cut it into recordings of their own")
-        columns = reader(path, choice)
+        columns = reader(path, lambda names: _once(names, choice(names)))
         if not columns[0].values:
             raise RecordingError("holds no rows")
         return columns
@@ -128,6 +128,14 @@ def read_columns(path: Path, choice: Choice) -> ColumnPair:
     except Exception as error:  # the libraries raise errors of many kinds on damaged files
         lines = str(error).splitlines() or [repr(error)]
         raise RecordingError(f"cannot be read: {lines[0]}") from None
+
+
+def _once(names: Sequence[str], chosen: tuple[int, int]) -> tuple[int, int]:
+    """Return the columns that are chosen, whose names no other column has."""
+    for name in (names[index] for index in chosen):
+        if (times := names.count(name)) > 1:
+            raise RecordingError(f"has {times} columns {name!r}", hint="rename them", parameter="column")
+    return chosen
 
 
 def _near(path: Path, suffixes: list[str]) -> str:
@@ -244,7 +252,7 @@ def _of_variables(variables: Mapping[str, _Variable], choice: Choice) -> ColumnP
 def _unpacked(name: str, variable: _Variable) -> Column:
     """A netCDF variable, unpacked if its attributes say how."""
     held, attributes = variable
-    missing = float(attributes["_FillValue"]) if "_FillValue" in attributes else None
+    missing = {float(attributes[key]) for key in ("_FillValue", "missing_value") if key in attributes}
     packed = "scale_factor" in attributes or "add_offset" in attributes
     scale, offset = float(attributes.get("scale_factor", 1.0)), float(attributes.get("add_offset", 0.0))
     (rows,) = held.shape
@@ -253,8 +261,8 @@ def _unpacked(name: str, variable: _Variable) -> Column:
     def pieces() -> Iterator[Sequence[object]]:
         for first in range(0, rows, PIECE):
             values = held[first : first + PIECE].tolist()
-            if missing is not None:
-                values = [None if value == missing else value for value in values]
+            if missing:
+                values = [None if value in missing else value for value in values]
             yield [None if v is None else v * scale + offset for v in values] if packed else values
 
     return _column(name, str(attributes.get("units", "")), pieces())
@@ -267,8 +275,6 @@ def _chosen(names: Sequence[str], wanted: str) -> int:
     if wanted and wanted not in names[1:]:
         hint = did_you_mean(wanted, names[1:], "its columns")
         raise RecordingError(f"there is no column {wanted!r}", hint=hint, parameter="column")
-    if wanted and names.count(wanted) > 1:
-        raise RecordingError(f"has {names.count(wanted)} columns {wanted!r}", hint="rename them", parameter="column")
     return names.index(wanted, 1) if wanted else 1
 
 

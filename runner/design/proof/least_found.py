@@ -176,9 +176,12 @@ def _corners(
     """Yield the corner of the worse ends, and those that differ from it in one: by half a step around a turn."""
     yield dict(worse)
     for r in ranges:
-        at, width = worse[r.written], r.high - r.low
-        near = [r.low + (at + by * width / (2 * _AROUND) - r.low) % width for by in (-1, 1)]
-        for value in near if r.written in turns else [r.low if at == r.high else r.high]:
+        at, width, values = worse[r.written], r.high - r.low, list[float]()
+        if r.written in turns:
+            values += (r.low + (at + by * width / (2 * _AROUND) - r.low) % width for by in (-1, 1))
+        else:
+            values.append(r.low if at == r.high else r.high)
+        for value in values:
             yield {**worse, r.written: value}
 
 

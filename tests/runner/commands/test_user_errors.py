@@ -94,6 +94,7 @@ def ran(folder: Path, *arguments: str) -> Answer:
         (["run", TEMPLATE, "--format", "csv"], "--format needs --out"),
         (["run", TEMPLATE, "--set", "bits=12"], "write BLOCK.PARAMETER=VALUE"),
         (["run", TEMPLATE, "--probe", "adc"], "write BLOCK.PORT"),
+        (["allan", TEMPLATE, "--probe", "adc"], "write BLOCK.PORT"),
         (["run", "."], "is a folder"),
         (["check", TEMPLATE, "--blocks", "missing.py"], "does not exist"),
         (["draw", TEMPLATE, "--format", "png"], "'png' is not one of"),

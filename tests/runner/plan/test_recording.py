@@ -342,3 +342,24 @@ def test_a_variable_with_times_of_its_own_is_chosen_beside_another_of_its_axis(t
     assert chosen("tau", "level") == [[1.0, 2.0], [3.0, 4.0]]
     with pytest.raises(RecordingError, match="tau and other are not on one time axis"):
         chosen("tau", "other")
+
+
+@pytest.mark.defect(
+    "S877", before="the first of two columns of one name, which another command refuses", after="refused"
+)
+def test_a_column_whose_name_another_has_is_refused_for_all_that_read_columns(tmp_path: Path) -> None:
+    path = csv_file(tmp_path, "time [s],x [mV],x [V]\n0,1,2\n1,3,4\n")
+    for chosen in ((0, 1), (0, 2)):
+        with pytest.raises(RecordingError, match="has 2 columns 'x'"):
+            read_columns(path, lambda names, chosen=chosen: chosen)  # type: ignore[misc]
+
+
+@pytest.mark.defect("S878", before="-9999 V, where a file says that it stands for nothing", after="refused by row")
+@pytest.mark.parametrize("attribute", ["_FillValue", "missing_value"])
+def test_values_that_stand_for_nothing_are_none(attribute: str, tmp_path: Path) -> None:
+    variables = {
+        "time": ("time", [0.0, 1.0, 2.0], {"units": "s"}),
+        "level": ("time", [1.0, -9999.0, 3.0], {"units": "V", attribute: -9999.0}),
+    }
+    with pytest.raises(RecordingError, match="column level holds nan in row 2"):
+        read_columns(netcdf_file(tmp_path, variables), lambda names: (0, 1))

@@ -16,13 +16,14 @@ from proofmass.runner.design.worst.ranges import Range
 
 
 def test_the_worst_corner_and_its_neighbours() -> None:
-    ranges = tuple(Range(name, name, "1", 2.0, 1.0, 3.0) for name in "abc")
-    worse = {"a": 3.0, "b": 1.0, "c": 3.0}
+    ranges = (*(Range(name, name, "1", 2.0, 1.0, 3.0) for name in "abc"), Range("d", "d", "1", 0.0, 0.0, 0.0))
+    worse = {"a": 3.0, "b": 1.0, "c": 3.0, "d": 0.0}  # the last is a source that is held
     assert list(_corners(worse, ranges, ())) == [
         worse,
-        {"a": 1.0, "b": 1.0, "c": 3.0},
-        {"a": 3.0, "b": 3.0, "c": 3.0},
-        {"a": 3.0, "b": 1.0, "c": 1.0},
+        worse | {"a": 1.0},
+        worse | {"b": 3.0},
+        worse | {"c": 1.0},
+        worse,
     ]
 
 
