@@ -108,7 +108,10 @@ class Linearisation:
     ) -> tuple[str, ...]:
         """Return a note for each block between some wires that stands exactly at a corner."""
         ends = Ends(tuple(inputs), tuple(outputs), cut)
-        point = self.point_of(ends)
+        try:
+            point = self.point_of(ends)
+        except ModelError:  # a loop through bits may have a map of its own
+            return ()
         return corner_notes(self.plan, ends, point.memory or self.course.at(point.map.tick))
 
     def point_of(self, ends: Ends) -> OrbitPoint:
