@@ -44,6 +44,8 @@ def read_columns(file: object, units: Sequence[tuple[object, str]], folder: str)
         if column not in names:
             hint = did_you_mean(str(column), names, "its columns")
             raise Refusal("the file has no such column", key="column", got=shown(column), hint=hint)
+        if (times := names.count(str(column))) > 1:
+            raise Refusal(f"the file has {times} columns of this name", "rename them", key="column", got=shown(column))
     return [_column(rows, heads, names.index(str(column)), unit, path.name) for column, unit in units]
 
 

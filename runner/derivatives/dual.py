@@ -21,7 +21,7 @@ which is not finite; what is multiplied by exactly 0 has lost it again.
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from typing import Any
 
@@ -42,13 +42,18 @@ _TIES: ContextVar["Ties | None"] = ContextVar("comparisons of equal numbers", de
 
 
 @contextmanager
-def with_errors(of: _Error) -> Iterator[None]:
-    """Take numbers for whole ones, and call `of(value, drop)` where they are rounded, in steps."""
-    token = _ERROR.set(of)
+def _holding(variable: ContextVar[Any], value: Any) -> Iterator[None]:
+    """Give a variable a value meanwhile."""
+    token = variable.set(value)
     try:
         yield
     finally:
-        _ERROR.reset(token)
+        variable.reset(token)
+
+
+def with_errors(of: _Error) -> AbstractContextManager[None]:
+    """Take numbers for whole ones, and call `of(value, drop)` where they are rounded, in steps."""
+    return _holding(_ERROR, of)
 
 
 class Ties:
@@ -61,14 +66,9 @@ class Ties:
         self.side, self.found = side, 0
 
 
-@contextmanager
-def with_ties(of: Ties) -> Iterator[None]:
+def with_ties(of: Ties) -> AbstractContextManager[None]:
     """Count ties meanwhile."""
-    token = _TIES.set(of)
-    try:
-        yield
-    finally:
-        _TIES.reset(token)
+    return _holding(_TIES, of)
 
 
 class Dual(Mantissa):

@@ -119,8 +119,6 @@ def _read_pairs(path: Path, wanted: list[str]) -> RecordedTable:
         def choice(names: list[str]) -> tuple[int, int]:
             if name not in names:
                 raise RecordingError(f"has no column {name}", hint=did_you_mean(name, names, "its columns"))
-            if names.count(name) > 1:
-                raise RecordingError(f"has {names.count(name)} columns {name!r}", hint="rename them")
             return 0, names.index(name)
 
         return choice

@@ -38,6 +38,7 @@ def test_values_in_the_unit_of_the_parameter(folder: str) -> None:
     [
         ({"column": "offest"}, LOT, "column", "did you mean offset?"),
         ({}, LOT, "column", "no such column"),
+        ({"column": "gain"}, "gain,gain\n1,2\n", "column", "the file has 2 columns of this name"),
         ({"column": "offset"}, LOT.replace("3.0", "three"), "file", "line 2: not a number"),
         ({"column": "offset"}, LOT.replace("3.0", "nan"), "file", "line 2: not a number"),
         ({"column": "offset"}, LOT.replace("mV", "mA"), "column", "line 1: mA is"),
