@@ -22,6 +22,7 @@ _NOISE = (1e-1, 1e-2)  # of covariances, in all directions
 _GROWN = 1.2  # by which they count what the matrix does
 _SHARPNESS = (20.0, 200.0, 2_000.0)  # of the smooth maximum that is descended
 _ENOUGH = 0.95  # a norm with which a descent ends
+_LEAST_PART = 1e-40  # of the largest entry of a row, that each counts for: a checker in parts of 2^-300 holds the scales
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,7 @@ def _root_of_poles(poles: Family, given: Array | None) -> Array | None:
 def _first(rest: Family) -> Norm:
     """Return a norm in which I - R M is short, and what is unknown of it."""
     sizes = np.abs(rest.centre) + np.abs(rest.moves()).sum(axis=0) + sum(rest.shares.values())
+    sizes = sizes + _LEAST_PART * sizes.max(axis=1, initial=0.0)[:, None]
     norms = [Norm(np.eye(len(sizes)), rest)]
     for noise in _NOISE:
         try:

@@ -43,7 +43,7 @@ from proofmass.runner.plan.planned import Plan
 
 _NEWTON, _WIDENED, _NEAR = 12, 16, 1e-13  # steps at most, and part of a number that ends Newton's
 _STEPS, _MOST_STEPS, _FOLLOWED = (1, 2, 4, 8), 16, 0.75  # of parameters, and how far R may turn in one of Newton's
-_CLOSE, _LEAST = 1e-15, 1e-70  # reaches at least: part of a number, and beside zero
+_CLOSE, _LEAST = 1e-15, 1e-50  # reaches at least: part of a number, and beside zero
 _FARTHEST = 1e30  # beyond which no reach is tried
 _NOWHERE = "no point of rest is enclosed: something on the way does not settle, or bends too much"
 _ROOM, _SPARE = 1.3, 1.15  # how much further than needed a reach is, at least

@@ -187,6 +187,16 @@ def test_a_bias_at_a_constant_input(loop: str, capsys: Captured) -> None:
     assert "V is" in capsys.readouterr().err
 
 
+@pytest.mark.defect("C877", before="a bias of zero was proved, and its certificate refused", after="it holds")
+@pytest.mark.parametrize("limits", ["", "=-1e-12..1e-12", "=-1e-30..1e-30"])
+def test_a_bias_of_zero(loop: str, capsys: Captured, limits: str) -> None:
+    words = ["prove", loop, "--tolerance", "controller.gain=10 %", "--input", "wanted.output", "--quiet"]
+    assert main([*words, "--bias", f"plant.output{limits}", "--out", "proof.json"]) == 0
+    assert capsys.readouterr().out.count(" proved ") == 2
+    assert main(["check-proof", "proof.json", loop]) == 0
+    assert capsys.readouterr().out.count("wanted.output to plant.output, bias of at") == 2
+
+
 def test_json_has_each_claim(loop: str, capsys: Captured) -> None:
     assert main(["prove", loop, "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
