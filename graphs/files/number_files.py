@@ -133,14 +133,17 @@ def _matrix(text: str, name: str) -> list[float]:
         raise Refusal(f"{name} holds no values in one of its rows", "write numbers, one entry a row") from None
     if len(values) != (len(places) if layout == "array" else sizes[-1]):
         raise Refusal(f"{name} has {len(values)} rows of numbers, too few rows or too many")
-    matrix = [0.0] * (height * width)
+    matrix: list[float | None] = [None] * (height * width)
     for (i, j), value in zip(places, values, strict=True):
         if not (0 <= i < height and 0 <= j < width):
             raise Refusal(f"{name} has an entry out of range: row {i + 1}, column {j + 1}")
+        if matrix[i * width + j] is not None:
+            hint = "of a symmetric matrix write one side" if symmetry == "symmetric" else "write each entry once"
+            raise Refusal(f"{name} has two entries at row {i + 1}, column {j + 1}", hint)
         matrix[i * width + j] = value
         if symmetry == "symmetric":
             matrix[j * width + i] = value
-    return matrix
+    return [0.0 if value is None else value for value in matrix]
 
 
 def _sizes(words: Sequence[str], count: int, name: str) -> list[int]:

@@ -30,7 +30,7 @@ from proofmass.runner.host.notebook import Plotted, Told
 PER_DECADE = 20
 FEWEST = 64  # values
 _ALPHA = {"N": 0, "B": -1, "K": -2, "Q": 2}  # exponent of frequency in the density of each
-_MOST = 1e15  # values
+_MOST = 1e15  # values of a recording
 
 
 @dataclass(frozen=True)
@@ -181,8 +181,8 @@ class Duration:
 def duration(of: Allan, tau: float, error: float) -> Duration:
     """Return how long to record; raises `ModelError` for too short an averaging time, and an impossible error."""
     problems = []
-    if not of.period * (1.0 - 1e-9) <= tau < math.inf:
-        expected = f"at least {of.period:g} s, from one value to the next"
+    if not of.period * (1.0 - 1e-9) <= tau <= 0.25 * _MOST * of.period:
+        expected = f"at least {of.period:g} s, from one value to the next, at most {0.25 * _MOST * of.period:g} s"
         problems.append(Problem(message="no averaging time", key="tau", got=f"{tau:g} s", expected=expected))
     if not 0.0 < error < 1.0:
         expected = "between 0 and 1, such as 10 %"
@@ -199,6 +199,10 @@ def duration(of: Allan, tau: float, error: float) -> Duration:
     low, high = 2 * factor, 4 * factor
     while degrees(high) < wanted and high < _MOST:
         low, high = high, 2 * high
+    if degrees(high) < wanted:
+        hint = "ask for a larger error, or for a shorter averaging time"
+        message = f"no recording of up to {_MOST:g} values is so accurate"
+        raise Problem(message=message, key="confidence", got=f"{error:g}", hint=hint).error
     while high - low > max(1, factor // 100):
         middle = (low + high) // 2
         low, high = (low, middle) if degrees(middle) >= wanted else (middle, high)

@@ -1,9 +1,10 @@
 """Coefficients of noise in the units of data sheets: deg/sqrt(h) of a gyroscope, ug0 of an accelerometer.
 
 An angular rate is told by its unit, rad/s or deg/s: by dimension alone it might as well be a
-frequency.
+frequency. Units of a recording that no table has, as degC and dB, stay as they are.
 """
 
+from proofmass.blocks.declaration.unit_expressions import UnitError
 from proofmass.blocks.declaration.units import convert, same_dimension, short_unit
 
 _GYROSCOPE = {"N": "deg/sqrt(h)", "B": "deg/h", "K": "deg/(h*sqrt(h))", "Q": "deg", "density": "deg/(h*sqrt(Hz))"}
@@ -28,22 +29,30 @@ def field_unit(quantity: str, unit: str) -> str:
     """Unit of N, B, K, Q or a density of a signal in which data sheets give it."""
     if is_rate(unit):
         return _GYROSCOPE[quantity]
-    if same_dimension(unit, "m/s^2"):
+    if _measures(unit, "m/s^2"):
         return _ACCELEROMETER[quantity]
     return short_unit(_OF[quantity].format(unit=unit))
 
 
 def in_field_unit(quantity: str, value: float, unit: str) -> float:
     """The number of a coefficient in the unit of data sheets, from that in units of the signal and seconds."""
-    return value * convert(f"1 {_OF[quantity].format(unit=unit)}", field_unit(quantity, unit))
+    own, wanted = _OF[quantity].format(unit=unit), field_unit(quantity, unit)
+    return value if wanted == short_unit(own) else value * convert(f"1 {own}", wanted)
 
 
 def word_of(quantity: str, unit: str) -> str:
     """The name that data sheets give a coefficient."""
-    own = _GYROSCOPE_WORDS if is_rate(unit) else _ACCELEROMETER_WORDS if same_dimension(unit, "m/s^2") else {}
+    own = _GYROSCOPE_WORDS if is_rate(unit) else _ACCELEROMETER_WORDS if _measures(unit, "m/s^2") else {}
     return own.get(quantity, WORDS[quantity])
 
 
 def is_rate(unit: str) -> bool:
     """Return whether a unit is one of angular rate."""
-    return same_dimension(unit, "rad/s") and ("rad" in unit or "deg" in unit)
+    return _measures(unit, "rad/s") and ("rad" in unit or "deg" in unit)
+
+
+def _measures(unit: str, quantity: str) -> bool:
+    try:
+        return same_dimension(unit, quantity)
+    except UnitError:
+        return False

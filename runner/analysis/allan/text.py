@@ -34,7 +34,7 @@ def allan_text(of: Allan) -> str:
 
 def duration_text(of: Duration) -> str:
     """The length of a recording that is needed, for people."""
-    present = "too short for it" if of.present_error is None else f"knows it to {100.0 * of.present_error:.2g} %"
+    present = "is too short for it" if of.present_error is None else f"knows it to {100.0 * of.present_error:.2g} %"
     return (
         f"to know the Allan deviation at {of.tau:g} s to {100.0 * of.error:g} %, record {of.seconds:.4g} s"
         f" ({of.freedom:.3g} degrees of freedom); this recording of {of.present_seconds:.4g} s {present}"

@@ -239,7 +239,7 @@ class UnknownsSolver:
 
     def jacobian(self, values: AnyArray) -> AnyArray:
         """Return the derivatives of residuals and priors by the unknowns."""
-        columns = []
+        columns = list[AnyArray]()
         for number, unknown in enumerate(self.unknowns):
             step = self._steps[number]
             ends = []
@@ -249,7 +249,7 @@ class UnknownsSolver:
                 ends.append((moved[number], self._weighted(moved)))
             (above, higher), (below, lower) = ends
             columns.append((higher - lower) / (above - below))
-        return np.array(columns).T
+        return np.stack(columns, axis=1) if columns else np.zeros((len(self._weighted(values)), 0))
 
     def _noise_left(self, raw: list[tuple[str, AnyArray]]) -> dict[str, float]:
         """Return the noise of each output: what is left, less the unknowns' share; of outliers their middle."""

@@ -69,14 +69,13 @@ def synthesised(
     roots = roots if centre == 0.0 else np.concatenate([roots, roots.conj()])
     far = -1.0 if centre < 0.25 else 1.0
 
-    def excess(log_x: float) -> float:
-        poles = _poles(order, centre, log_x)
-        return float(np.log(np.abs(np.prod((far - roots) / (far - poles)))) - math.log(gain))
+    def size(log_x: float) -> float:
+        return float(np.abs(np.prod((far - roots) / (far - _poles(order, centre, log_x)))))
 
-    most = math.exp(excess(_LARGEST) + math.log(gain))
+    most = size(_LARGEST)
     if not 1.0 < gain < most:
         raise refused("must be a gain that this order has", "gain", f"{gain:g}", f"above 1, below {most:.4g}")
-    log_x = float(_brentq(excess, -_LARGEST, _LARGEST, xtol=1e-14, rtol=1e-15))
+    log_x = float(_brentq(lambda log_x: math.log(size(log_x) / gain), -_LARGEST, _LARGEST, xtol=1e-14, rtol=1e-15))
     return NoiseTransfer(_sorted(roots), _sorted(_poles(order, centre, log_x)))
 
 

@@ -153,6 +153,20 @@ def test_a_symmetric_matrix_is_square(tmp_path: Path, rest: str) -> None:
         read_graph(path)
 
 
+@pytest.mark.defect("S879", before="the last of two entries at one place was taken", after="refused")
+@pytest.mark.parametrize(
+    "rest",
+    [
+        "coordinate real general\n2 2 2\n1 1 5\n1 1 0\n",
+        "coordinate real symmetric\n2 2 2\n1 2 5\n2 1 7\n",
+    ],
+)
+def test_a_matrix_has_one_entry_at_each_place(tmp_path: Path, rest: str) -> None:
+    path = written(tmp_path, curve('{ file = "curve.csv" }'), curve_csv=f"%%MatrixMarket matrix {rest}")
+    with pytest.raises(ModelError, match="has two entries at row"):
+        read_graph(path)
+
+
 def test_a_file_that_may_not_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path, opened = written(tmp_path, curve('{ file = "curve.csv" }'), curve_csv="1,2\n"), Path.open
 

@@ -1,5 +1,7 @@
 """How long to record, against the scatter of many series of that length."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -34,8 +36,22 @@ def test_a_recording_that_is_long_enough_says_so() -> None:
     assert duration(found, 300.0, 0.1).present_error is None
 
 
-@pytest.mark.parametrize(("tau", "error"), [(0.01, 0.1), (1.0, 0.0), (1.0, 1.5), (float("nan"), 0.1)])
-def test_what_is_no_question_is_refused(tau: float, error: float) -> None:
+@pytest.mark.parametrize("tau", [0.01, 1e14, 1e300, math.nan, math.inf])
+def test_what_is_no_averaging_time(tau: float) -> None:
     found = allan(np.random.default_rng(1).normal(size=400), rate=RATE)
-    with pytest.raises(ModelError):
+    with pytest.raises(ModelError, match="no averaging time"):
+        duration(found, tau, 0.1)
+
+
+@pytest.mark.parametrize(("tau", "error"), [(1.0, 0.0), (1.0, 1.5), (1.0, 1e-9), (2.4e13, 0.1)])
+def test_what_has_no_answer_is_refused(tau: float, error: float) -> None:
+    found = allan(np.random.default_rng(1).normal(size=400), rate=RATE)
+    with pytest.raises(ModelError, match="no relative error|no recording of up to"):
         duration(found, tau, error)
+
+
+@pytest.mark.parametrize(("tau", "error"), [(1.0, 1e-6), (1e9, 0.1)])
+def test_of_white_noise_the_freedom_is_that_of_its_length(tau: float, error: float) -> None:
+    """Averages over m values of white noise, overlapping: an error of 1 / sqrt(2 f), f near 3 / 2 N / m."""
+    found = allan(np.random.default_rng(1).normal(size=4000), rate=RATE)
+    assert duration(found, tau, error).seconds == pytest.approx(0.5 / error**2 * tau / 1.5, rel=0.1)

@@ -17,3 +17,11 @@ def test_a_row_has_the_deviations_of_its_averaging_time() -> None:
         curve = found.curves[statistic]
         at = {f"{tau:.6g}": f"{value:.6g}" for tau, value in zip(curve.taus, curve.deviation, strict=True)}
         assert [row[number] for row in every] == [at[row[0]] for row in every]
+
+
+@pytest.mark.defect("C878", before="a column in degC or dB ended in a UnitError", after="deviations in that unit")
+@pytest.mark.parametrize("unit", ["degC", "dB", "furlong"])
+def test_units_that_no_table_has_stay_as_they_are(unit: str) -> None:
+    values = np.random.default_rng(5).standard_normal(300)
+    found, plain = (allan(values, rate=10.0, unit=name) for name in (unit, "V"))
+    assert str(found).replace(unit, "V") == str(plain)

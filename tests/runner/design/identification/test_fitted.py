@@ -173,6 +173,15 @@ def test_offset_delay_and_noise_level_are_found() -> None:
     assert fitted.changes["hiss.density"] != GRAPH.blocks["hiss"].density  # type: ignore[attr-defined]
 
 
+@pytest.mark.defect("C879", before="a level of noise alone ended in an error of SciPy", after="is fitted")
+def test_a_noise_level_alone() -> None:
+    graph = GRAPH.with_parameters({f"sensor.{name}": value for name, value in TRUTH.items()})
+    fitted = fit(graph, recorded(4), inputs=INPUTS, outputs=OUTPUTS, free=(), levels=["hiss.density"])
+    assert fitted.converged
+    assert fitted.estimates == ()
+    assert fitted.levels[0].value == pytest.approx(NOISE / math.sqrt(RATE / 2.0), rel=0.1)
+
+
 def test_outliers_count_hardly_at_all() -> None:
     data = recorded(6)
     data["volts"][::50] += 20.0

@@ -117,6 +117,10 @@ def test_roots_stand_in_pairs_without_rounding() -> None:
         ({"order": 2, "centre": 0.5 - 0.25 / 32.0}, "centre", "a band between 0 and half the rate"),
         ({"gain": 1.0}, "gain", "above 1, below 2"),
         ({"gain": 2.0}, "gain", "above 1, below 2"),
+        ({"gain": -1.0}, "gain", "above 1, below 2"),
+        ({"gain": 0.0}, "gain", "above 1, below 2"),
+        ({"gain": math.nan}, "gain", "above 1, below 2"),
+        ({"gain": math.inf}, "gain", "above 1, below 2"),
         ({"order": 2, "gain": 4.0, "zeros": "none"}, "gain", "above 1, below 4"),
     ],
 )
