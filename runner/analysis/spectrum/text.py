@@ -42,6 +42,12 @@ def tone_text(measured: Tones | None, of: Spectrum) -> str:
         f"  SFDR              {measured.sfdr:.2f} dB, by {measured.spur:.9g} Hz",
         f"  ENOB              {measured.enob:.2f} bits, if the tone fills the range",
     ]
+    if measured.hidden:
+        orders = ", ".join(map(str, measured.hidden))
+        lines.append(
+            f"  note: harmonics of order {orders} fold onto the tone or onto zero: THD, SNDR and ENOB leave them out;"
+            " move the tone"
+        )
     if not measured.coherent:
         nearest = max(1, round(measured.cycles)) * of.step
         leaked = (

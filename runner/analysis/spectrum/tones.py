@@ -52,6 +52,7 @@ class Tones:
     enob: float  # bits of a converter that the tone fills
     cycles: float  # of the tone in a segment
     leaked: float  # rms of the tone that the window lets out of its main lobe, and that counts as noise or harmonics
+    hidden: tuple[int, ...]  # orders of harmonics that fold onto the tone or onto zero: no figure has them
 
     @property
     def coherent(self) -> bool:
@@ -89,8 +90,9 @@ def tones(of: Spectrum, *, tone: float = 0.0, band: tuple[float, float] | None =
     frequency = _frequency(of, power, middle)
     inside = of.within(band) & ~_near(of, [0.0], lobe)
     main_lobe = _near(of, [frequency], lobe)
-    multiples = [frequency * order for order in range(2, HARMONICS + 2)]
-    harmonic = _near(of, [_folded(f, of.rate) for f in multiples], lobe) & ~main_lobe & inside
+    places = {order: _folded(frequency * order, of.rate) for order in range(2, HARMONICS + 2)}
+    harmonic = _near(of, places.values(), lobe) & ~main_lobe & inside
+    hidden = tuple(n for n, f in places.items() if min(f, abs(f - frequency)) <= (lobe + 0.5) * of.step)
     rest = inside & ~main_lobe & ~harmonic
     if not rest.any():
         raise _no_room(of).error
@@ -117,6 +119,7 @@ def tones(of: Spectrum, *, tone: float = 0.0, band: tuple[float, float] | None =
         enob=(sndr - 10.0 * math.log10(1.5)) / (20.0 * math.log10(2.0)),
         cycles=frequency / step,
         leaked=math.sqrt(signal * _leak(of, frequency, band)),
+        hidden=hidden,
     )
 
 

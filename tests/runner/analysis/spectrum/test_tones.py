@@ -111,6 +111,30 @@ def modulated(values: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
     return bits
 
 
+@pytest.mark.defect(
+    "S880", before="the second harmonic of a third of the rate left out, THD -86 dB for -40", after="is told"
+)
+@pytest.mark.parametrize(
+    ("cycles", "hidden"),
+    [(21845, (2, 3, 4, 5, 6, 7, 8, 9, 10)), (16384, (3, 4, 5, 7, 8, 9)), (13107, (4, 5, 6, 9, 10))],
+)
+def test_harmonics_that_fold_onto_the_tone_are_told(cycles: int, hidden: tuple[int, ...]) -> None:
+    """Of parts 1 / k of the rate those of order n k - 1, n k and n k + 1, where k is 3, 4 and 5."""
+    values = sine(cycles) + 0.01 * sine(2 * cycles) + 1e-6 * np.random.default_rng(3).standard_normal(VALUES)
+    density = spectrum(values, rate=RATE, window="blackman-harris-7", segment=0)
+    found = tones(density)
+    assert found.hidden == hidden
+    assert f"order {', '.join(map(str, hidden))} fold onto the tone" in tone_text(found, density)
+
+
+def test_a_tone_whose_harmonics_stand_alone_has_no_such_note() -> None:
+    density = spectrum(sine(12345) + 0.01 * sine(24690), rate=RATE, window="blackman-harris-7", segment=0)
+    found = tones(density)
+    assert found.thd == pytest.approx(-40.0, abs=1e-6)
+    assert found.hidden == ()
+    assert "fold" not in tone_text(found, density)
+
+
 def test_noise_shaping_of_the_second_order_rises_by_40_db_a_decade() -> None:
     bits = modulated(sine(31, 0.5) + 1e-4 * np.random.default_rng(2).normal(size=VALUES))
     found = spectrum(bits, rate=RATE, segment=8192, window="blackman-harris")
