@@ -17,6 +17,7 @@ from proofmass.runner.plan.keys import VectorOf
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan, PlannedProbe
 from proofmass.runner.plan.solver import Solver
+from proofmass.runner.run.beginning import code_of
 from proofmass.runner.run.provenance import graph_text
 from proofmass.runner.run.recorder import Recorder
 from proofmass.runner.run.result import Result, pieces
@@ -129,10 +130,6 @@ def recorder(probe: PlannedProbe, rows: int, folder: Path, streamed: bool, rows_
 
 def _run(planned: Plan, seed: int, ticks: int) -> dict[str, Any]:
     """Return what two runs must share to give the same bits."""
-    # start-up time: only checkpoints need the program
-    from proofmass.runner.program.tick import write_tick
-    from proofmass.runner.targets.llvm_text import content_of
-
     recordings = hashlib.sha256()
     for node in sorted(planned.recorded):
         recordings.update(array("d", planned.buffers[node]).tobytes())
@@ -141,7 +138,7 @@ def _run(planned: Plan, seed: int, ticks: int) -> dict[str, Any]:
         "the seed": seed,
         "the number of ticks": ticks,
         "the recordings": recordings.hexdigest(),
-        "the program or the code of a block": content_of(write_tick(planned).program),
+        "the program or the code of a block": code_of(planned),
     }
 
 

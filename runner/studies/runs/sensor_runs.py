@@ -9,6 +9,7 @@ import dataclasses
 import math
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
@@ -22,9 +23,9 @@ from proofmass.runner.plan.measuring import derived_values, planned_derived, ref
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan, PlannedMeasure
 from proofmass.runner.planning.plan import plan, varied
-from proofmass.runner.program.tick import write_tick
 from proofmass.runner.program.tick_loop import bytes_of_a_run
 from proofmass.runner.reference.interpret import TickError
+from proofmass.runner.run.beginning import code_of
 from proofmass.runner.run.engine_table import ENGINES, EngineName, Starter, engine_problems
 from proofmass.runner.run.engines import choose
 from proofmass.runner.run.faults import failed, name_fault
@@ -32,7 +33,6 @@ from proofmass.runner.run.side_by_side import SideBySide, lanes_for, whole_lanes
 from proofmass.runner.studies.draws.drawing import drawn_together, on_arrays
 from proofmass.runner.studies.outcome.outcomes import Outcomes, SensorRun, outcomes_of
 from proofmass.runner.studies.runs.margins_per_run import margin_measures
-from proofmass.runner.targets.llvm_text import content_of
 
 _Answer = TypeVar("_Answer")
 Values = tuple[float, ...]
@@ -91,9 +91,10 @@ class SensorRuns:
         return {name: self.study.nominal(name) for name in self.study.recalibration.carried}
 
     def code(self) -> str:
-        """Return a hash of the functions that compute a run, of whichever version of the blocks."""
-
-        return content_of(write_tick(self.plan).program)
+        """Return a hash of what blocks compute in the sensor as it is, and of what the first run begins with."""
+        with suppress(ModelError):  # a run whose parameters leave their bounds fails, and begins with nothing
+            return code_of(self.plan, varied(self.plan, self.study.blocks(self.study.drawn(0)[-1])))
+        return code_of(self.plan)
 
     def parts(self, numbers: AnyArray, threads: int) -> Iterator[AnyArray]:
         """Yield runs in parts for `runs`: large enough to hide the cost of a part, equally many for each thread."""

@@ -1,0 +1,31 @@
+"""A hash of what decides the bits of a run beside graph, seed and recordings."""
+
+import hashlib
+
+from proofmass.runner.plan.planned import Plan
+
+
+def code_of(planned: Plan, *beginnings: Plan) -> str:
+    """Return a hash of the program of a plan, and of the numbers with which it and others of its kind begin.
+
+    The program is what functions do in each tick. What others do before the first one, and what
+    parameters are where the graph says nothing, is known by the numbers that come of it.
+    """
+    # start-up time: only what is kept on disk needs the program
+    from proofmass.runner.program.tick import write_tick
+    from proofmass.runner.targets.llvm_text import content_of
+
+    digest = hashlib.sha256(content_of(write_tick(planned).program).encode())
+    for each in (planned, *beginnings):
+        digest.update(repr(_numbers(each)).encode())
+    return digest.hexdigest()
+
+
+def _numbers(planned: Plan) -> list[object]:
+    """Return parameters, constants, states and buffers of all blocks at tick 0, without recordings."""
+    given = {
+        name: [getattr(block, parameter) for parameter in type(block).parameters_class()._fields]
+        for name, block in planned.blocks.items()
+    }
+    filled = {repr(node): held for node, held in planned.buffers.items() if node not in planned.recorded}
+    return [sorted(table.items()) for table in (given, planned.constants, planned.starts, filled)]
