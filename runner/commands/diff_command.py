@@ -55,7 +55,7 @@ def _kind(path: Path) -> str:
 def _compared(kind: str, request: DiffRequest, own: Own | None) -> tuple[dict[str, Any], list[Table], bool]:
     """Return a comparison as plain data and as tables, and whether all is the same."""
     if kind == RUN:
-        runs = compare_runs(request.before, request.after, Allowance(request.absolute, request.relative))
+        runs = compare_runs(request.before, request.after, Allowance(request.absolute, request.relative), own)
         return runs.as_data(), run_tables(runs), runs.same
     if kind == OF_STUDY:
         studies = compare_studies(kept_result(request.before, own), kept_result(request.after, own))

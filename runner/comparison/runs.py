@@ -9,18 +9,20 @@ from typing import Any
 
 import numpy as np
 
+from proofmass.blocks.declaration.catalog import Own
 from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.differences import GraphDifference, differences
 from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.loops import AUTO
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.result import pieces
 from proofmass.runner.studies.runs.margins_per_run import margin_measures, margins_at
 
 SUMMARY, TRACES = "summary.json", "traces.nc"
-_START = "0 s"
+_LEAST = 5e-324  # the least number above zero
 _DEPENDS = ("seed", "ticks", "base_rate", "proofmass")  # facts of a run that its numbers depend on, beside the graph
 
 
@@ -101,10 +103,14 @@ def is_run(folder: Path) -> bool:
     return (folder / SUMMARY).is_file()
 
 
-def compare_runs(before: Path, after: Path, tolerance: Allowance) -> RunComparison:
-    """Compare the runs in two folders; raises `ModelError` where there is none, `OSError`."""
+def compare_runs(before: Path, after: Path, tolerance: Allowance, own: Own | None = None) -> RunComparison:
+    """Compare the runs in two folders, whose graphs may have `own` blocks.
+
+    Raises `ModelError` where there is none, `OSError`.
+    """
     first, second = _summary(before), _summary(after)
-    one, other = _graph(first), _graph(second)
+    (one, why), (other, why_other) = _graph(first, own), _graph(second, own)
+    unread = next((f"graphs and margins are not compared: {reason}" for reason in (why, why_other) if reason), "")
     graph = differences(one, other) if one and other else []
     facts = [
         GraphDifference(key, str(first.get(key, "")), str(second.get(key, "")))
@@ -113,7 +119,7 @@ def compare_runs(before: Path, after: Path, tolerance: Allowance) -> RunComparis
     ]
     traces = tuple(_traces(before / TRACES, after / TRACES, tolerance))
     measures = tuple(_measures(first.get("measures", {}), second.get("measures", {}), tolerance))
-    margins, notes = _margins(one, other, tolerance) if graph and one and other else ((), ())
+    margins, notes = _margins(one, other, tolerance) if graph and one and other else ((), (unread,) if unread else ())
     return RunComparison(tuple(graph), tuple(facts), traces, measures, margins, notes)
 
 
@@ -141,20 +147,21 @@ def _summary(folder: Path) -> dict[str, Any]:
     return data
 
 
-def _graph(summary: Mapping[str, Any]) -> Graph | None:
-    """The graph of a run; None where it has blocks that are not known here."""
+def _graph(summary: Mapping[str, Any], own: Own | None) -> tuple[Graph | None, str]:
+    """The graph of a run; None, and why, where it has blocks that are not known here."""
     try:
-        return read_graph_text(str(summary.get("graph_toml", "")), "summary.json")
-    except ModelError:
-        return None
+        return read_graph_text(str(summary.get("graph_toml", "")), SUMMARY, own), ""
+    except ModelError as error:
+        return None, str(error.problems[0])
 
 
 def _measures(before: Mapping[str, Any], after: Mapping[str, Any], tolerance: Allowance) -> Iterator[MeasureChange]:
     for name in sorted({*before, *after}):
         rows = before.get(name), after.get(name)
-        unit = next(row["unit"] for row in rows if row)
+        units = list(dict.fromkeys(row["unit"] for row in rows if row))
         was, now = (row["value"] if row else None for row in rows)
-        yield MeasureChange(name, unit, was, now, all(rows) and _close(was, now, tolerance))
+        same = all(rows) and len(units) == 1 and _close(was, now, tolerance)
+        yield MeasureChange(name, ", now ".join(units), was, now, same)
 
 
 def _close(was: float | None, now: float | None, tolerance: Allowance) -> bool:
@@ -213,15 +220,18 @@ class _Axis:
 
 
 def _compared(of: TraceChange, before: Any, after: Any, times: Any, tolerance: Allowance) -> TraceChange:
-    """Compare rows piece by piece; NaN equals NaN."""
+    """Compare rows piece by piece; NaN equals NaN, and 0 and -0 are the least of numbers apart."""
     entries, size = math.prod(before.shape[1:]), 0.0
     for start, end in pieces(of.rows, entries) if tolerance.relative else ():
-        size = max(size, float(np.nanmax(np.abs(_numbers(before, start, end)), initial=0.0)))
+        size = max(size, float(np.nanmax(np.abs(_numbers(before[start:end])), initial=0.0)))
     allowed, largest, squares, first = tolerance.of(size), 0.0, 0.0, None
     for start, end in pieces(of.rows, entries):
-        old, new = _numbers(before, start, end), _numbers(after, start, end)
+        held = before[start:end], after[start:end]
+        old, new = map(_numbers, held)
         with np.errstate(invalid="ignore"):
             apart = np.abs(new - old)
+        bits = (held[0] != held[1]) | (np.signbit(old) != np.signbit(new))  # integers beyond 2^53 are themselves
+        apart[bits & (apart == 0.0)] = 1.0 if held[0].dtype.kind == held[1].dtype.kind == "i" else _LEAST
         strange = np.isnan(apart)
         if strange.any():  # both NaN, or both the same infinity
             apart[strange] = np.where(
@@ -236,8 +246,8 @@ def _compared(of: TraceChange, before: Any, after: Any, times: Any, tolerance: A
     return TraceChange(of.signal, of.unit, of.rows, largest, rms, size, first)
 
 
-def _numbers(variable: Any, start: int, end: int) -> AnyArray:
-    return np.asarray(variable[start:end], dtype=np.float64)
+def _numbers(rows: Any) -> AnyArray:
+    return np.asarray(rows, dtype=np.float64)
 
 
 def _refused(folder: Path, message: str, hint: str = "") -> ModelError:
@@ -245,10 +255,10 @@ def _refused(folder: Path, message: str, hint: str = "") -> ModelError:
 
 
 def _margins_of_loops(graph: Graph) -> tuple[dict[str, dict[str, float | str | None]], str]:
-    """Return the margins at the start of the run as measures have them, and why there are none."""
+    """Return the margins as measures have them, and why there are none."""
     try:
         planned = plan(graph.changed(probes=()))
-        measures, values = margin_measures(planned, _START), margins_at(planned, _START)
+        measures, values = margin_measures(planned, AUTO), margins_at(planned, AUTO)
     except ModelError as error:
         return {}, str(error.problems[0])
     pairs = zip(measures, values, strict=True)

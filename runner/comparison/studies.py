@@ -45,7 +45,7 @@ class MeanChange:
 
 @dataclass(frozen=True)
 class YieldChange:
-    """The part of good sensors at a point before and after."""
+    """The part of good sensors at a point before and after, or of those whose measure has a value."""
 
     point: str  # in words; "" where there is one
     limit: str
@@ -64,11 +64,12 @@ class StudyComparison:
     paired: bool
     means: tuple[MeanChange, ...]
     yields: tuple[YieldChange, ...]
+    units: tuple[GraphDifference, ...] = ()  # of measures whose values are not compared
 
     @property
     def same(self) -> bool:
-        """Return whether nothing moved."""
-        return not any(mean.moved for mean in self.means) and not any(part.moved for part in self.yields)
+        """Return whether nothing moved, and no measure is now in another unit."""
+        return not any(change.moved for change in (*self.means, *self.yields)) and not self.units
 
     def as_data(self) -> dict[str, Any]:
         """Return the comparison as plain data."""
@@ -84,6 +85,8 @@ class StudyComparison:
 def compare_studies(before: StudyResult, after: StudyResult) -> StudyComparison:
     """Compare two studies, ended or under way."""
     changes = [*differences(before.study.graph, after.study.graph), *study_differences(before.study, after.study)]
+    units = tuple(changed_entries("unit of ", *({m.name: m.unit for m in each.measures} for each in (before, after))))
+    units = tuple(unit for unit in units if unit.before and unit.after)
     paired = _same_sensors(before.study, after.study)
     means, yields = list[MeanChange](), list[YieldChange]()
     for point, first, second in _points(before, after):
@@ -93,12 +96,14 @@ def compare_studies(before: StudyResult, after: StudyResult) -> StudyComparison:
             _, *places = np.intersect1d(*sensors, assume_unique=True, return_indices=True)  # type: ignore[call-overload]
         means += _means(point, first, second, places, paired=paired)
         yields += _yields(point, first, second, places, paired=paired)
+        yields += _with_values(point, first, second, places, paired=paired)
     adjusted = iter(_holm([*(mean.probability for mean in means), *(part.probability for part in yields)]))
     return StudyComparison(
-        tuple(changes),
+        (*changes, *units),
         paired,
         tuple(replace(mean, probability=(p := next(adjusted)), moved=p < 1.0 - LEVEL) for mean in means),
         tuple(replace(part, probability=(p := next(adjusted)), moved=p < 1.0 - LEVEL) for part in yields),
+        units,
     )
 
 
@@ -142,9 +147,9 @@ def _key(study: Study, point: int) -> tuple[Any, ...]:
 def _means(
     point: str, before: StudyResult, after: StudyResult, places: tuple[Any, Any], *, paired: bool
 ) -> Iterator[MeanChange]:
-    units = {measure.name: measure.unit for measure in before.measures}
+    units, units_after = ({measure.name: measure.unit for measure in part.measures} for part in (before, after))
     ages = [age for age in before.study.epochs if age in after.study.epochs]
-    for name in (name for name in before.values if name in after.values):
+    for name in (name for name in before.values if units_after.get(name) == units[name]):
         for age in ages:
             values = [
                 result[name][place, result.study.epochs.index(age)]
@@ -209,6 +214,23 @@ def _yields(
                 one, other = (_at(rows, part.study, age) for rows, part in zip(within, (before, after), strict=True))
                 probability = _yield_probability(one, other, paired=paired)
                 yield YieldChange(point, name, age, float(one.mean()), float(other.mean()), probability)
+
+
+def _with_values(
+    point: str, before: StudyResult, after: StudyResult, places: tuple[Any, Any], *, paired: bool
+) -> Iterator[YieldChange]:
+    """Yield the changes of the part whose measure has a value, for measures and ages at which some have none."""
+    for name in (name for name in before.values if name in after.values):
+        for age in (age for age in before.study.epochs if age in after.study.epochs):
+            one, other = (
+                np.isfinite(part[name][place, part.study.epochs.index(age)])
+                for part, place in zip((before, after), places, strict=True)
+            )
+            if len(one) and len(other) and 0.0 < np.concatenate((one, other)).mean() < 1.0:
+                probability = _yield_probability(one, other, paired=paired)
+                yield YieldChange(
+                    point, f"{name} has a value", age, float(one.mean()), float(other.mean()), probability
+                )
 
 
 def _within(result: StudyResult, name: str) -> AnyArray:

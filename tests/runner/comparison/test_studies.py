@@ -201,3 +201,27 @@ def test_yields_are_compared_at_each_age_too() -> None:
     rows = {(change.limit, change.age): change for change in found.yields}
     assert set(rows) == {(limit, age) for limit in ("output", "all limits") for age in (None, 0.0, 3600.0)}
     assert rows["output", 3600.0].before == np.mean(outcome(**aged)["output"][:, 1] <= 1.1)  # type: ignore[arg-type]
+
+
+@pytest.mark.defect("S897", before="a measure that no sensor has any more had not moved", after="fewer have a value")
+@pytest.mark.parametrize(("lost", "moved"), [(200, True), (12, True), (2, False)])
+def test_sensors_that_lose_the_value_of_a_measure(lost: int, moved: bool) -> None:
+    """Of so many that change to one side half of each other is likely: 2 / 2^lost, among four comparisons at most."""
+    values = {**BEFORE.values, "output": np.where(np.arange(200) < lost, np.nan, BEFORE["output"][:, 0])[:, None]}
+    bare = replace(BEFORE, study=BEFORE.study.with_limits({}))
+    found = compare_studies(bare, replace(bare, values=values))
+    (part,) = found.yields
+    assert (part.limit, part.before, part.after) == ("output has a value", 1.0, 1.0 - lost / 200)
+    assert part.moved == moved
+    assert part.probability <= 4 * 2.0 ** (1 - lost)
+    assert found.same == (not moved)
+    assert compare_studies(replace(bare, values=values), replace(bare, values=values)).same
+
+
+@pytest.mark.defect("S898", before="means of 1 V and 1 mV had not moved", after="another unit is another measure")
+def test_measures_in_other_units_have_no_common_mean() -> None:
+    measures = tuple(replace(m, unit="mV") if m.name == "output" else m for m in BEFORE.measures)
+    found = compare_studies(BEFORE, replace(BEFORE, measures=measures))
+    assert [change.measure for change in found.means] == ["input"]
+    assert [(d.key, d.before, d.after) for d in found.differences] == [("unit of output", "1", "mV")]
+    assert not found.same
