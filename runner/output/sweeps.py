@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def sweep_lines(sweep: Sweep, measures: Sequence[str]) -> list[str]:
     """Return a line for each point: the values of the parameters, then the measures."""
     scales = {name: _scale(sweep, name) for name in measures}
-    head = [*sweep.values, *(_named(name, unit) for name, (_, unit) in scales.items())]
+    head = [*sweep.columns.values(), *(_named(name, unit) for name, (_, unit) in scales.items())]
     rows = [
         [_text(value * scales[name][0] if name in scales else value) for name, value in row.items()]
         for row in sweep.rows(measures)
@@ -32,7 +32,7 @@ def sweep_lines(sweep: Sweep, measures: Sequence[str]) -> list[str]:
 
 def save_sweep_csv(sweep: Sweep, measures: Sequence[str], path: Path) -> Path:
     """Write the table as CSV, numbers as they read back."""
-    head = [*sweep.values, *(f"{name} [{sweep.measures[name]}]" for name in measures)]
+    head = [*sweep.columns.values(), *(f"{name} [{sweep.measures[name]}]" for name in measures)]
     with whole_csv(path) as table:
         table.writerows([head, *(row.values() for row in sweep.rows(measures))])
     return path

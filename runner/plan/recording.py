@@ -10,6 +10,8 @@ from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import Problem, did_you_mean, shown
@@ -252,7 +254,9 @@ def _of_variables(variables: Mapping[str, _Variable], choice: Choice) -> ColumnP
 def _unpacked(name: str, variable: _Variable) -> Column:
     """A netCDF variable, unpacked if its attributes say how."""
     held, attributes = variable
-    missing = {float(attributes[key]) for key in ("_FillValue", "missing_value") if key in attributes}
+    given = [np.ravel(attributes[key]) for key in ("_FillValue", "missing_value") if key in attributes]
+    missing = {float(value) for values in given for value in values}
+    unsigned = str(attributes.get("_Unsigned", "")).lower() == "true"  # integers of a format that has signed ones alone
     packed = "scale_factor" in attributes or "add_offset" in attributes
     scale, offset = float(attributes.get("scale_factor", 1.0)), float(attributes.get("add_offset", 0.0))
     (rows,) = held.shape
@@ -260,9 +264,12 @@ def _unpacked(name: str, variable: _Variable) -> Column:
 
     def pieces() -> Iterator[Sequence[object]]:
         for first in range(0, rows, PIECE):
-            values = held[first : first + PIECE].tolist()
+            piece = held[first : first + PIECE]
+            values = stored = piece.tolist()
+            if unsigned:
+                values = piece.view(piece.dtype.str.replace("i", "u")).tolist()
             if missing:
-                values = [None if value in missing else value for value in values]
+                values = [None if s in missing else v for s, v in zip(stored, values, strict=True)]
             yield [None if v is None else v * scale + offset for v in values] if packed else values
 
     return _column(name, str(attributes.get("units", "")), pieces())

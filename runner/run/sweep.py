@@ -57,6 +57,11 @@ class Sweep:
         """Measures and their units."""
         return {name: measured.unit for name, measured in self.results[0].measures.items()}
 
+    @property
+    def columns(self) -> dict[str, str]:
+        """Columns of the parameters; one that has the name of a measure is `parameter.bias`, as in studies."""
+        return {name: f"parameter.{name}" if name in self.measures else name for name in self.values}
+
     def points(self) -> Iterator[dict[str, object]]:
         """Yield the values at each point, in the order of the results."""
         return points(self.values, zipped=self.zipped)
@@ -66,9 +71,10 @@ class Sweep:
 
     def rows(self, measures: Sequence[str] = ()) -> list[dict[str, Any]]:
         """Return a table: the values of each point and its measures."""
-        names = measures or list(self.measures)
+        names, columns = measures or list(self.measures), self.columns
         return [
-            point | {name: result.measures[name].value for name in names}
+            {columns[name]: value for name, value in point.items()}
+            | {name: result.measures[name].value for name in names}
             for point, result in zip(self.points(), self.results, strict=True)
         ]
 
@@ -78,16 +84,17 @@ class Sweep:
         # for start-up time: only this needs it
         import xarray
 
-        dimensions = ["point"] if self.zipped else list(self.values)
+        columns = self.columns
+        dimensions = ["point"] if self.zipped else list(columns.values())
         coordinates: dict[str, Any] = {
-            name: ("point" if self.zipped else name, [value if _plain(value) else str(value) for value in values])
+            columns[name]: ("point" if self.zipped else columns[name], [v if _plain(v) else str(v) for v in values])
             for name, values in self.values.items()
         }
         variables = {name: (dimensions, self[name], {"units": unit}) for name, unit in self.measures.items()}
         return xarray.Dataset(variables, coordinates, {"graph": self.results[0].graph.name})
 
     def _repr_html_(self) -> str:
-        heads = [*self.values, *(f"{name} [{unit}]" for name, unit in self.measures.items())]
+        heads = [*self.columns.values(), *(f"{name} [{unit}]" for name, unit in self.measures.items())]
         top = "".join(f"<th>{escape(head)}</th>" for head in heads)
         rows = ("".join(f"<td>{escape(_cell(value))}</td>" for value in row.values()) for row in self.rows())
         return f"<table><tr>{top}</tr>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>"

@@ -25,3 +25,28 @@ def test_packed_numbers_are_scaled_and_then_moved(attributes: dict[str, Any], va
         _unpacked("force", _Variable(np.array([1, 2, -99]), {**attributes, "_FillValue": -99}))
     with pytest.raises(RecordingError, match="holds 'a' in row 1, which is not a number"):
         _unpacked("force", _Variable(np.array(["a"]), {}))
+
+
+@pytest.mark.defect("S899", before="a byte of 255 was played as -1", after="255")
+@pytest.mark.parametrize(
+    ("kind", "attributes", "values"),
+    [
+        (np.int8, {"_Unsigned": "true"}, [1.0, 255.0, 128.0]),
+        (">i2", {"_Unsigned": "true", "scale_factor": 0.5, "add_offset": 10.0}, [10.5, 32777.5, 32714.0]),
+        (np.int8, {"_Unsigned": "false"}, [1.0, -1.0, -128.0]),
+    ],
+)
+def test_integers_that_are_said_to_be_unsigned(kind: Any, attributes: dict[str, Any], values: list[float]) -> None:
+    """Of n bits a negative number stands for 2^n more; (65535, 65408) / 2 + 10 of 16 bits."""
+    held = np.array([1, -1, -128], kind)
+    assert _unpacked("force", _Variable(held, attributes)).values.tolist() == values
+    with pytest.raises(RecordingError, match="holds nan in row 2"):
+        _unpacked("force", _Variable(held, {**attributes, "_FillValue": np.int8(-1)}))
+
+
+@pytest.mark.defect("C881", before="TypeError inside proofmass", after="any of them is missing")
+def test_several_missing_values() -> None:
+    several = {"missing_value": np.array([-99.0, -98.0])}
+    assert _unpacked("force", _Variable(np.array([1.0, 2.0]), several)).values.tolist() == [1.0, 2.0]
+    with pytest.raises(RecordingError, match="holds nan in row 2"):
+        _unpacked("force", _Variable(np.array([1.0, -98.0]), several))

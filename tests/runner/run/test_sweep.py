@@ -1,5 +1,7 @@
 """Sweeps against single runs: grids, values in step, integers and texts, named values, tables and refusals."""
 
+import csv
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,6 +31,16 @@ mean = { signal = "adc.number", statistic = "mean" }
 ramp = { kind = "Ramp", slope = "= slope", unit = "V" }
 adc = { kind = "AnalogToDigital", bits = 8, reference = "1 V" }
 """)
+ONE_NAME = """\
+name = "one name"
+rate = "1 kHz"
+samples = 3
+wires = ["source.output -> gain.input"]
+values = { level = 1.0, factor = 2.0 }
+measures = { level = { signal = "gain.output", statistic = "mean" } }
+blocks.source = { kind = "Constant", value = "= level" }
+blocks.gain = { kind = "Gain", gain = "= factor" }
+"""
 
 
 @pytest.fixture(scope="module")
@@ -97,3 +109,16 @@ def test_curves(grid: proofmass.Sweep) -> None:
 def test_what_is_refused(values: dict[str, Any], zipped: bool, message: str) -> None:
     with pytest.raises(ModelError, match=message):
         proofmass.sweep(GRAPH, values, zipped=zipped)
+
+
+@pytest.mark.defect("S900", before="the measure stood in the place of the swept value", after="both stand in the table")
+@pytest.mark.parametrize("zipped", [False, True])
+def test_a_value_and_a_measure_of_one_name(zipped: bool, tmp_path: Path) -> None:
+    """The level is 3 times the value; as in studies, the parameter is the one that is called otherwise."""
+    graph = read_graph_text(ONE_NAME)
+    result = proofmass.sweep(graph, {"level": [1.0, 2.0], "factor": [3.0, 3.0][: 1 + zipped]}, zipped=zipped)
+    assert [(row["parameter.level"], row["level"]) for row in result.rows()] == [(1.0, 3.0), (2.0, 6.0)]
+    assert result.to_xarray()["parameter.level"].values.tolist() == [1.0, 2.0]
+    assert sweep_lines(result, ["level"])[0].split() == ["parameter.level", "factor", "level"]
+    with save_sweep_csv(result, ["level"], tmp_path / "sweep.csv").open(newline="") as file:
+        assert list(csv.reader(file))[:2] == [["parameter.level", "factor", "level [1]"], ["1.0", "3.0", "3.0"]]
