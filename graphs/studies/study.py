@@ -152,9 +152,13 @@ class Study(Placed):
         """The deviates of the sensors."""
         return Design(self.design, tuple(sorted(self.spread)), self.runs, self.seed)
 
+    def draw(self, run: int) -> int:
+        """The number of the independent draw of a run: of its sensor, or of its group in Saltelli's design."""
+        return run // self.points // self.designed.group
+
     def peer(self, run: int) -> int:
         """The run whose noise and drift a run shares: its own number, but for the groups of Saltelli's design."""
-        return run // self.points // self.designed.group * self.points + run % self.points
+        return self.draw(run) * self.points + run % self.points
 
     def drawn(self, run: int, *, apart: bool = False) -> list[dict[str, float]]:
         """Parameters of a run by `block.parameter` of the flat graph, at each epoch, but for what

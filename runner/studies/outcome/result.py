@@ -69,8 +69,13 @@ class StudyResult(Plotted):
 
     @cached_property
     def sensors(self) -> int:
-        """Number of sensors: the runs that are independent, since every point is tried with the same ones."""
-        return len(np.unique(self.numbers // self.study.points))
+        """Number of sensors that are independent, since every point has the same ones; a group of Saltelli's is one."""
+        return len(np.unique(self._draws))
+
+    @property
+    def _draws(self) -> AnyArray:
+        """The independent draw of each run."""
+        return np.asarray(self.study.draw(self.numbers))  # type: ignore[arg-type]
 
     @cached_property
     def digest(self) -> str:
@@ -105,8 +110,8 @@ class StudyResult(Plotted):
         """Return runs, mean, std (n - 1), extremes and percentiles by measure and epoch, without failed runs.
 
         `intervals` are those of mean, std and percentiles at 95 %, with infinite ends where runs
-        are too few. Several points have the same sensors: the interval of their mean counts each
-        sensor once, the others have no ends.
+        are too few. Several points have the same sensors, and groups of Saltelli's design the same
+        noise: the interval of their mean counts each once, the others have no ends.
         """
         return [dict(row) for row in self._summary]
 
@@ -136,9 +141,9 @@ class StudyResult(Plotted):
         return intervals | {f"p{p:g}": percentile_interval(values, p) for p in PERCENTILES}
 
     def mean_of_sensors(self, values: AnyArray) -> Bounds:
-        """Return the interval of the mean of values of the runs: each sensor counts once, with its mean over points."""
+        """Return the interval of the mean of values of the runs: each draw counts once, with the mean of its runs."""
         known = np.isfinite(values)
-        _, places = np.unique(self.numbers[known] // self.study.points, return_inverse=True)
+        _, places = np.unique(self._draws[known], return_inverse=True)
         return mean_interval(np.asarray(np.bincount(places, values[known]) / np.bincount(places)))
 
     def yield_intervals(self) -> dict[str, Bounds]:

@@ -2,7 +2,8 @@
 
 Runs are counted in the order of their numbers, whatever the order in which they arrive, so that a
 study stops after the same run however many threads or workers it has. Sums are of differences from
-the first value.
+the first value. The groups of Saltelli's design are not independent inside: each counts once, with
+its mean.
 """
 
 import math
@@ -38,14 +39,15 @@ class RunningMeans:
         """Count runs; those after the last one needed are left out."""
         if self.enough:
             return
-        points = self._study.points
+        points, group = self._study.points, self._study.designed.group
         waiting = together([self._early, arrived], self._epochs, self._width)
         waiting = waiting.chosen(np.argsort(waiting.numbers, kind="stable"))
-        in_turn = waiting.numbers == self._sensors * points + np.arange(len(waiting.numbers))
-        ready = int(in_turn.sum()) // points * points
+        in_turn = waiting.numbers == self._sensors * points * group + np.arange(len(waiting.numbers))
+        ready = int(in_turn.sum()) // (points * group) * points * group
         self._early = waiting.chosen(np.arange(ready, len(waiting.numbers)))
         if ready:
-            self._count(waiting.values[:ready, :, self._places].reshape(-1, *self._first.shape))
+            values = waiting.values[:ready, :, self._places].reshape(-1, group, *self._first.shape)
+            self._count(values[:, 0] if group == 1 else _means(values))
 
     def text(self) -> str:
         """Return for each measure the current mean with the widest interval."""
@@ -77,7 +79,7 @@ class RunningMeans:
             known &= self._sensors + 1 + np.arange(last) >= FEWEST
             if known.any():
                 last = int(np.argmax(known)) + 1
-                self.end, self.enough = (self._sensors + last) * self._study.points, True
+                self.end, self.enough = (self._sensors + last) * self._study.points * self._study.designed.group, True
         self._sums = sums[last - 1]
         self._sensors += last
 
@@ -87,3 +89,10 @@ class RunningMeans:
         many = np.maximum(count, 2.0)
         variance = np.maximum(squares - total * total / many, 0.0) / (many - 1.0)
         return np.where(count > 1, halves_of_means(many, np.sqrt(variance)), np.inf)
+
+
+def _means(groups: AnyArray) -> AnyArray:
+    """Return the mean of each group over its values that are finite; NaN where none is."""
+    sound = np.isfinite(groups)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.where(sound, groups, 0.0).sum(axis=1) / sound.sum(axis=1))
