@@ -114,6 +114,10 @@ class Linearisation:
             return ()
         return corner_notes(self.plan, ends, point.memory or self.course.at(point.map.tick))
 
+    def corners_of(self, system: OpenLoop, node: Endpoint) -> tuple[str, ...]:
+        """Return a note for each block of a loop that stands exactly at a corner."""
+        return () if system.continuous else self.corner_notes((node,), (node,), cut=True)
+
     def point_of(self, ends: Ends) -> OrbitPoint:
         """Return the operating point of the map between some wires; raises `ModelError`."""
         self._asked.add(ends.key)
@@ -254,7 +258,7 @@ class OperatingPoints:
         Blocks that stand at a corner there have a note.
         """
         about, system = self.about_loop(node, by_parameters, otherwise)
-        notes = () if system.continuous else about.corner_notes((node,), (node,), cut=True)
+        notes = about.corners_of(system, node)
         return replace(system, map=replace(system.map, notes=(*system.map.notes, *notes))) if notes else system
 
     def about_loop(

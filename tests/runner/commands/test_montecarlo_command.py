@@ -47,6 +47,39 @@ def test_table_files_and_resuming(study: Path, tmp_path: Path, capsys: pytest.Ca
     assert bias.mean() == pytest.approx(data["measures"][1]["mean"])
 
 
+AT_A_CORNER = """\
+name = "a loop at a corner"
+rate = "1 kHz"
+samples = 20
+wires = [
+    "bias.output -> sum.first", "late.output -> sum.second", "sum.output -> x.input", "x.output -> both.first",
+    "sum.output -> both.second", "both.output -> back.input", "back.output -> late.input",
+]
+loops.main.open_at = "back.output"
+study = { runs = 4, margins = "0 s", spread = { "back.gain" = { uniform = 0.01 } } }
+
+[blocks]
+bias = { kind = "Constant", value = 0 }
+sum = { kind = "Sum" }
+x = { kind = "DeadZone", lowest = -1, highest = 0.0 }
+both = { kind = "Sum" }
+back = { kind = "Gain", gain = -0.05 }
+late = { kind = "UnitDelay" }
+"""
+
+
+@pytest.mark.defect("S910", before="margins of one side of a corner, without a word", after="a note names the block")
+@pytest.mark.parametrize(("edge", "said"), [("0.0", True), ("0.1", False)])
+def test_margins_about_a_corner_have_a_note(
+    edge: str, said: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "corner.toml"
+    path.write_text(AT_A_CORNER.replace("highest = 0.0", f"highest = {edge}"))
+    assert main(["montecarlo", str(path), "--quiet"]) == 0
+    shown = capsys.readouterr().err
+    assert ("corner.toml:8: note: loops.main: x stands exactly at a corner" in shown) == said
+
+
 @pytest.mark.friendly(34, "by one option")
 def test_replay_of_a_run(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
     command = ["montecarlo", str(study), "--engine", "python", "--json"]

@@ -46,7 +46,7 @@ def test_what_is_no_averaging_time(tau: float) -> None:
 @pytest.mark.parametrize(("tau", "error"), [(1.0, 0.0), (1.0, 1.5), (1.0, 1e-9), (2.4e13, 0.1)])
 def test_what_has_no_answer_is_refused(tau: float, error: float) -> None:
     found = allan(np.random.default_rng(1).normal(size=400), rate=RATE)
-    with pytest.raises(ModelError, match="no relative error|no recording of up to"):
+    with pytest.raises(ModelError, match=r"no relative error|no recording of up to"):
         duration(found, tau, error)
 
 
