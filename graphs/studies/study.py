@@ -152,13 +152,14 @@ class Study(Placed):
         """The deviates of the sensors."""
         return Design(self.design, tuple(sorted(self.spread)), self.runs, self.seed)
 
-    def draw(self, run: int) -> int:
-        """The number of the independent draw of a run: of its sensor, or of its group in Saltelli's design."""
+    def draw(self, run: Any) -> Any:
+        """The independent draw of a run, or of an array of them: its sensor, or its group in Saltelli's design."""
         return run // self.points // self.designed.group
 
     def peer(self, run: int) -> int:
         """The run whose noise and drift a run shares: its own number, but for the groups of Saltelli's design."""
-        return self.draw(run) * self.points + run % self.points
+        peer: int = self.draw(run) * self.points + run % self.points
+        return peer
 
     def drawn(self, run: int, *, apart: bool = False) -> list[dict[str, float]]:
         """Parameters of a run by `block.parameter` of the flat graph, at each epoch, but for what

@@ -70,7 +70,7 @@ class StudyComparison:
     @property
     def same(self) -> bool:
         """Return whether nothing moved, and no measure is now in another unit."""
-        return not any(change.moved for change in (*self.means, *self.yields)) and not self.units
+        return not (self.units or any(mean.moved for mean in self.means) or any(part.moved for part in self.yields))
 
     def as_data(self) -> dict[str, Any]:
         """Return the comparison as plain data."""
@@ -143,7 +143,7 @@ def _points(before: StudyResult, after: StudyResult) -> list[tuple[str, StudyRes
 
 def _one_of_each_draw(result: StudyResult) -> StudyResult:
     """Return the runs at a point that are independent."""
-    _, first = np.unique(result.study.draw(result.numbers), return_index=True)  # type: ignore[arg-type]
+    _, first = np.unique(result.study.draw(result.numbers), return_index=True)
     chosen = np.isin(np.arange(len(result.numbers)), first)
     return result if chosen.all() else result.some(chosen, result.study.designed.group)
 

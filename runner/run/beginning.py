@@ -1,6 +1,7 @@
 """A hash of what decides the bits of a run beside graph, seed and recordings."""
 
 import hashlib
+from typing import Any
 
 from proofmass.runner.plan.planned import Plan
 
@@ -8,7 +9,7 @@ from proofmass.runner.plan.planned import Plan
 def code_of(planned: Plan, *beginnings: Plan) -> str:
     """Return a hash of the program of a plan, and of the numbers with which it and others of its kind begin.
 
-    The program is what functions do in each tick. What others do before the first one, and what
+    The program has what functions do in each tick. What others do before the first one, and what
     parameters are where the graph says nothing, is known by the numbers that come of it.
     """
     # start-up time: only what is kept on disk needs the program
@@ -23,9 +24,9 @@ def code_of(planned: Plan, *beginnings: Plan) -> str:
 
 def _numbers(planned: Plan) -> list[object]:
     """Return parameters, constants, states and buffers of all blocks at tick 0, without recordings."""
-    given = {
-        name: [getattr(block, parameter) for parameter in type(block).parameters_class()._fields]
-        for name, block in planned.blocks.items()
-    }
+    given = {}
+    for name, block in planned.blocks.items():
+        record: Any = type(block).parameters_class()
+        given[name] = [getattr(block, parameter) for parameter in record._fields]
     filled = {repr(node): held for node, held in planned.buffers.items() if node not in planned.recorded}
     return [sorted(table.items()) for table in (given, planned.constants, planned.starts, filled)]

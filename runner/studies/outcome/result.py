@@ -75,7 +75,7 @@ class StudyResult(Plotted):
     @property
     def _draws(self) -> AnyArray:
         """The independent draw of each run."""
-        return np.asarray(self.study.draw(self.numbers))  # type: ignore[arg-type]
+        return np.asarray(self.study.draw(self.numbers))
 
     @cached_property
     def digest(self) -> str:
