@@ -65,3 +65,32 @@ def test_studies_without_a_common_variant(tmp_path: Path) -> None:
         "study.variants.steep": ("", "there"),
         "study.variants.flat": ("", "there"),
     }
+
+
+RECORDED = """
+name = "two recordings"
+rate = "1 kHz"
+wires = ["played.output -> sum.first", "other.output -> sum.second"]
+blocks.played = { kind = "RecordedSignal", file = "a.csv", column = "v", unit = "V" }
+blocks.other = { kind = "RecordedSignal", file = "b.csv", column = "v", unit = "V" }
+blocks.sum = { kind = "Sum", unit = "V" }
+"""
+
+
+@pytest.mark.defect("S902", before="they mean the same", after="the block whose recording holds other numbers")
+def test_recordings_of_one_name_with_other_numbers(tmp_path: Path) -> None:
+    """Written otherwise, numbers are the same."""
+    files = []
+    for name, numbers in (("before", "0,1\n1,2\n"), ("same", "0,1.0\n1.0,2e0\n"), ("after", "0,1\n1,3\n")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "a.csv").write_text("time,v\n0,1\n1,2\n")
+        (tmp_path / name / "b.csv").write_text("time,v\n" + numbers)
+        files.append(tmp_path / name / "graph.toml")
+        files[-1].write_text(RECORDED)
+    assert file_differences(files[0], files[1], None) == []
+    (found,) = file_differences(files[0], files[2], None)
+    assert found.key == "blocks.other.file"
+    assert found.before.startswith("b.csv, numbers ")
+    (files[2].parent / "a.csv").unlink()
+    lost = {found.key: found.after for found in file_differences(files[0], files[2], None)}
+    assert lost["blocks.played.file"] == "there is no such file"
