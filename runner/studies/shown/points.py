@@ -32,9 +32,10 @@ def parts(result: StudyResult) -> dict[str, StudyResult]:
 def differences(first: StudyResult, other: StudyResult) -> Iterator[dict[str, Any]]:
     """Yield how far the mean of each measure at each age is from that at another point, sensor by sensor.
 
-    The same sensors are at both points: what they have in common falls out of the interval.
+    The same sensors are at both points: what they have in common falls out of the interval. Of a
+    group of Saltelli's design the first one counts.
     """
-    sensors, others = (part.numbers // part.study.points for part in (first, other))
+    sensors, others = (part.study.draw(part.numbers) for part in (first, other))
     _, *places = np.intersect1d(sensors, others, return_indices=True)
     for measure in first.measures:
         before, after = (part[measure.name][at] for part, at in zip((first, other), places, strict=True))

@@ -144,8 +144,8 @@ def _lives_table(named: dict[str, StudyResult]) -> str:
 
 
 def _gain(life: Lifetimes, base: Lifetimes, part: StudyResult, other: StudyResult) -> str:
-    """Return how many more sensors are within the limit at the last age, each against itself."""
-    sensors, base_sensors = (found.numbers // found.study.points for found in (part, other))
+    """Return how many more sensors are within the limit at the last age, each draw's first one against itself."""
+    sensors, base_sensors = (found.study.draw(found.numbers) for found in (part, other))
     _, mine, theirs = np.intersect1d(sensors, base_sensors, return_indices=True)
     apart = life.good_at_last[mine].astype(float) - base.good_at_last[theirs]
     low, high = mean_interval(apart)

@@ -13,6 +13,7 @@ from proofmass.runner.comparison.studies import compare_studies
 from proofmass.runner.studies.outcome.outcomes import Outcomes
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.outcome.running_means import RunningMeans
+from proofmass.runner.studies.shown.points import differences
 from proofmass.runner.studies.whole.study import run_study
 from tests.by_hand.amounts import amounts
 
@@ -96,3 +97,13 @@ def test_equal_studies_have_not_moved() -> None:
     assert mean.runs == (40, 40)
     assert mean.probability >= probability
     assert not mean.moved
+
+
+@pytest.mark.defect("S901", before="an interval of 120 differences", after="of 40, one for each group")
+def test_differences_between_points_are_those_of_the_groups() -> None:
+    before, after = of_noise(1), of_noise(2)
+    (row,) = differences(before, after)
+    apart = (after["level"] - before["level"])[::GROUP, 0]
+    interval = stats.ttest_1samp(apart, 0.0).confidence_interval(0.95)
+    assert row["sensors"] == 40
+    assert row["interval"] == pytest.approx((interval.low, interval.high), rel=1e-12)
