@@ -1,7 +1,7 @@
 """The command `verify`: requirements and golden results of a graph."""
 
 from proofmass.graphs.files.toml_reader import read_table
-from proofmass.graphs.studies.study_reader import STUDY, graph_in, is_study, study_of_table
+from proofmass.graphs.studies.study_reader import STUDY, graph_in, is_study, studies_of_table
 from proofmass.runner.commands.answers import DONE, WRONG_MODEL, print_answer, print_file, print_text
 from proofmass.runner.commands.declarations.comparison import VerifyRequest
 from proofmass.runner.commands.graph_options import changed
@@ -16,8 +16,9 @@ def verify_graph(request: VerifyRequest) -> int:
     """Verify a graph, print and write what was found, and return the exit code: 1 where something is missed."""
     own, (data, place) = own_blocks(request.own), read_table(request.graph)
     graph = changed(graph_in(data, place, own, request.graph), request.changes)
-    study = study_of_table(data, place, graph) if is_study(data) or STUDY in data else None
-    measurements = Measurements(graph, study, request.engine, request.runs)
+    studies = studies_of_table(data, place, graph) if is_study(data) or STUDY in data else {}
+    study, variants = next(iter(studies.values()), None), dict(list(studies.items())[1:])
+    measurements = Measurements(graph, study, request.engine, request.runs, variants)
     golden = request.golden or golden_file(request.graph)
     if request.record:
         recorded = record(measurements, golden)

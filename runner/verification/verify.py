@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
@@ -20,7 +21,7 @@ from proofmass.graphs.model.quantities import (
     TransferPart,
     YieldOf,
 )
-from proofmass.graphs.model.requirements import TABLE, Requirement
+from proofmass.graphs.model.requirements import SPREAD, TABLE, Requirement
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.design.proof.attempt import MarginProof
 from proofmass.runner.design.proof.prove import prove, prove_margin
@@ -37,6 +38,7 @@ from proofmass.runner.studies.runs.margins_per_run import margin_measures, margi
 from proofmass.runner.studies.whole.study import run_study
 
 _IT = "required"
+NO_VARIANTS: Mapping[str, Study] = MappingProxyType({})
 _SAMPLES = 30  # random points of a worst case; `proofmass worst` tries as many as one likes
 
 
@@ -58,6 +60,12 @@ class Finding:
         """Return whether the value keeps both limits; none keeps nothing."""
         return self.at_least <= self.value <= self.at_most
 
+    @property
+    def room(self) -> float:
+        """Return how far the value lies within the limits; negative beyond one, or without a value."""
+        room = min(self.value - self.at_least, self.at_most - self.value)
+        return -math.inf if math.isnan(room) else room
+
     def as_data(self) -> dict[str, Any]:
         """Return the finding as plain data, None for values that are not finite."""
         data = {key: _finite(value) for key, value in asdict(self).items()}
@@ -65,10 +73,21 @@ class Finding:
 
 
 class Measurements:
-    """The quantities of a graph and its study, computed when they are first asked for."""
+    """The quantities of a graph and its study, computed when they are first asked for.
 
-    def __init__(self, graph: Graph, study: Study | None, engine: EngineName = "auto", runs: int | None = None) -> None:
+    `variants` are the others of the study by name: what is asked of the study is asked of them too.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        study: Study | None,
+        engine: EngineName = "auto",
+        runs: int | None = None,
+        variants: Mapping[str, Study] = NO_VARIANTS,
+    ) -> None:
         self.graph, self.study, self.runs = graph, study, runs
+        self.variants = {name: Measurements(each.graph, each, engine, runs) for name, each in variants.items()}
         self.engine: EngineName = engine
         self._margins: dict[str, Mapping[str, float]] = {}
 
@@ -193,7 +212,7 @@ def verify(measurements: Measurements) -> list[Finding]:
     verified all the same. Raises `ModelError` for a graph that cannot run.
     """
     flat = measurements.flat
-    return [finding_of(measurements, *named) for named in every_requirement(measurements.graph, flat)]
+    return [_of_variants(measurements, *named) for named in every_requirement(measurements.graph, flat)]
 
 
 def every_requirement(graph: Graph, flat: FlatGraph) -> Iterator[tuple[str, Requirement]]:
@@ -204,6 +223,18 @@ def every_requirement(graph: Graph, flat: FlatGraph) -> Iterator[tuple[str, Requ
             least = margin != "sensitivity_peak"
             key, text = f"{name}.{margin}", f"Margin of the loop {name}."
             yield key, Requirement(key, text, at_least=limit) if least else Requirement(key, text, at_most=limit)
+
+
+def _of_variants(measurements: Measurements, name: str, requirement: Requirement) -> Finding:
+    """Return what a requirement finds, of a study with variants in the one that is nearest to a limit or beyond it."""
+    finding = finding_of(measurements, name, requirement)
+    if requirement.tolerances != SPREAD and not isinstance(quantity_of(measurements.flat, requirement), YieldOf):
+        return finding
+    for variant, others in measurements.variants.items():
+        found = finding_of(others, name, requirement)
+        if found.room < finding.room:
+            finding = replace(found, reason="; ".join(filter(None, (f"in the variant {variant}", found.reason))))
+    return finding
 
 
 def finding_of(measurements: Measurements, name: str, requirement: Requirement) -> Finding:
