@@ -240,8 +240,8 @@ def _compared(of: TraceChange, before: Any, after: Any, times: Any, tolerance: A
         furthest = float(apart.max(initial=0.0))
         if furthest > 0.0:
             largest, squares = max(largest, furthest), squares + float(np.vdot(apart, apart))
-        if first is None and furthest > allowed:
-            first = times[start + int(np.argmax((apart > allowed).reshape(end - start, -1).any(axis=1)))]
+        if first is None and not furthest <= allowed:  # NaN allows nothing
+            first = times[start + int(np.argmin((apart <= allowed).reshape(end - start, -1).all(axis=1)))]
     rms = math.sqrt(squares / max(of.rows * entries, 1))
     return TraceChange(of.signal, of.unit, of.rows, largest, rms, size, first)
 

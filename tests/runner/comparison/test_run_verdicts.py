@@ -98,6 +98,14 @@ def test_every_bit_counts(
     assert within.same
 
 
+@pytest.mark.defect("S904", before="a tolerance of NaN allowed all differences", after="none")
+def test_a_tolerance_that_is_no_number_allows_nothing(tmp_path: Path) -> None:
+    text = LEVEL.replace("[measures]", 'probes = ["source.output"]\n[measures]')
+    folders = [saved(tmp_path / unit, text.replace("value = 2", f"value = {unit}")) for unit in ("2", "3")]
+    (trace,) = compare_runs(*folders, Allowance(relative=np.nan)).traces
+    assert (trace.largest, trace.first, trace.same) == (1.0, 0.0, False)
+
+
 @pytest.mark.defect(
     "S895", before="graphs of own blocks were not compared, without a word", after="compared, or a note"
 )
