@@ -58,6 +58,8 @@ def problems_of(kind: type[Block]) -> list[Problem]:
     if not is_own(kind):
         return []
     problems = list(_bad_types(kind))
+    if "constants" in kind.functions and kind.constants_class() is None and not kind.has_formats():
+        return [_of(kind, problem) for problem in problems]  # nothing says what the first argument of the others is
     looped = [*kind.output_functions.values(), *(b for name, b in kind.functions.items() if name in _LOOPED)]
     looped += [*kind.corners.values(), *(behaviour for pair in kind.events.values() for behaviour in pair)]
     for behaviour in looped:
@@ -124,9 +126,9 @@ def _plain(behaviour: Behaviour) -> types.FunctionType:
 def _bad_types(kind: type[Block]) -> Iterator[Problem]:
     """Yield fields of state and constants of types that engines do not have."""
     for what, record in (("State", kind.state_class()), ("Constants", kind.constants_class())):
-        if record is None:
+        if record is None and (what == "State" or kind.has_formats()):
             continue
-        if not is_record(record):
+        if record is None or not is_record(record):
             yield Problem(
                 message=f"what {'update' if what == 'State' else 'constants'} returns is not declared",
                 key="update" if what == "State" else "constants",

@@ -123,6 +123,13 @@ def test_a_source_with_two_functions_in_a_line_and_one_that_python_leaves_out(tm
     assert problem.line == (HEAD + text).splitlines().index(text.splitlines()[0]) + 1
 
 
+@pytest.mark.defect("C882", before="AttributeError inside proofmass", after="constants need their type")
+def test_constants_without_a_declared_type(tmp_path: Path) -> None:
+    text = "@Mine.constants\ndef constants(p):\n    return p\n\n" + LEVEL
+    (problem,) = problems_of(mine(tmp_path, text))
+    assert (problem.message, problem.key) == ("what constants returns is not declared", "Mine.constants")
+
+
 @pytest.mark.parametrize("library", ["pyarrow", "h5netcdf"])
 def test_what_is_not_installed_says_what_brings_it(library: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(libraries, "installed", lambda name: False)
