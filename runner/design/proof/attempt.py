@@ -31,6 +31,7 @@ from proofmass.runner.design.proof.least_found import (
 from proofmass.runner.design.proof.look import BoxLook, Looked
 from proofmass.runner.design.proof.rest_norm import Start
 from proofmass.runner.design.proof.search import LooksAhead, ProofSearch, Searched
+from proofmass.runner.host.arrays import Array
 
 _NEAR, _CLOSE = 0.97, 0.02  # of the least margin found: a bound near it, and two alike
 _ROOM = 0.25  # of the way from nominal to worst: so far beyond that a limit is tried
@@ -67,11 +68,18 @@ def known_proofs(certificate: str, graph_sha256: str) -> KnownProofs:
 
 
 def _start(leaf: Mapping[str, Any]) -> Start:
-    left, transform = leaf.get("left"), np.array(leaf["transform"], dtype=float)
-    if "frame" in leaf:  # the coordinates of the states that it is of
-        frame = np.array(leaf["frame"], dtype=float)
-        transform = np.kron(np.eye(len(transform) // len(frame)), frame) @ transform
-    return Start(np.asarray(transform, dtype=np.float64), None if left is None else np.array(left, dtype=float))
+    transform, frame, left = (
+        None if leaf.get(name) is None else np.array(leaf[name], dtype=float) for name in ("transform", "frame", "left")
+    )
+    assert transform is not None
+    return _start_of(transform, frame, left)
+
+
+def _start_of(transform: Array, frame: Array | None, left: Array | None) -> Start:
+    """Return where a search begins: the transformation of states, which may be told in coordinates of a `frame`."""
+    if frame is not None:
+        transform = np.asarray(np.kron(np.eye(len(transform) // len(frame)), frame) @ transform, dtype=np.float64)
+    return Start(transform, left)
 
 
 def _sides(box: Sequence[Sequence[float]]) -> Sides:
@@ -171,9 +179,16 @@ class Attempt:
         """Return that a sensor breaks a claim, for which nothing was searched."""
         return MarginProof(claim, Searched("refuted", (), 0, 0.0), 0.0, self.coordinates, at, text, value)
 
-    def _searched(self, claim: Claim, until: float) -> MarginProof:
+    def further(self, proof: MarginProof, until: float) -> MarginProof:
+        """Return what comes of a claim that was left open since its time was up, from what is proved of it on."""
+        leaves = proof.searched.leaves
+        known = {leaf.core: _start_of(leaf.transform, leaf.loops.frame, leaf.left) for leaf in leaves}
+        found = self._searched(proof.claim, until, known)
+        return replace(found, seconds=proof.seconds + found.seconds)
+
+    def _searched(self, claim: Claim, until: float, known: Mapping[Sides, Start] | None = None) -> MarginProof:
         begin = time.monotonic()
-        known = self.known.leaves(claim, self.coordinates.as_data())
+        known = self.known.leaves(claim, self.coordinates.as_data()) if known is None else known
         whole = (*self.coordinates.box(), claim.ends)
         searched = ProofSearch(
             claim, whole, self.ahead, lambda: time.monotonic() > until or self.stop.is_set(), known

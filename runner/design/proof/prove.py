@@ -30,6 +30,7 @@ from proofmass.runner.design.proof.constants_and_rates import change_rates, with
 from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of, provable
 from proofmass.runner.design.proof.digital_proof import DigitalProof, DigitalProofs
 from proofmass.runner.design.proof.least_found import Sensors
+from proofmass.runner.design.proof.rest_maps import TIME_IS_UP
 from proofmass.runner.design.proof.search import Searched
 from proofmass.runner.design.proof.wanted import RestRuns, Subject, about_loops, about_margin, about_outputs
 from proofmass.runner.design.worst.box import box_of
@@ -192,7 +193,7 @@ def prove(
         raise _both_changes(slow_change).error
     rates = change_rates(slow_change, coordinates.ranges)
     subjects = [(begin, [replace(one, any_change=any_change) for one in own]) for begin, own in subjects]
-    proofs = list[MarginProof]()
+    proofs = dict[Claim, MarginProof]()
     digital = list[DigitalProof]()
     every = sum(len(own) for _, own in subjects) + len(of_digital)
     with interrupts() as stop, threadpool_limits(1, _BLAS):
@@ -204,14 +205,14 @@ def prove(
         end, count, none = time.monotonic() + seconds, workers or processors(), KnownProofs(())
         proving = _Proving(sensor, rests, coordinates, bounds, end, stop, known or none, count, rates)
         for proof in proving.proofs(subjects):
-            proofs.append(proof)
+            proofs[proof.claim] = proof
             if progress is not None:
                 progress(len(digital) + len(proofs), every)
         names = frozenset(r.written for r in of_constants)
         return Proofs(
             graph,
             coordinates.ranges,
-            tuple(proofs),
+            tuple(proofs.values()),
             stop.is_set(),
             left_out,
             tuple(digital),
@@ -271,7 +272,10 @@ class _Proving:
     lost: list[int] = field(default_factory=list)  # those that ended early, for each loop or path
 
     def proofs(self, subjects: Sequence[Subject]) -> Iterator[MarginProof]:
-        """Yield what comes of each claim about some loops and paths; all share the time left."""
+        """Yield what comes of each claim about some loops and paths; all share the time left.
+
+        Claims that are open since their part of the time was up come again, if others left some.
+        """
         left = sum(len(wanted) for _, wanted in subjects)
         for start, wanted in subjects:
             try:
@@ -285,23 +289,33 @@ class _Proving:
             period, at_rest, orbit = starting.period, rest is not None, 0.0 if rest is None else rest.orbit
             changes = straight.changes(self.rates, period or 1.0)  # in continuous time in a second
             attempt = Attempt(Sensors(self.graph, rest), maps, straight, self.stop, self.known, self.workers)
+            late = list[MarginProof]()
             with closing(attempt.ahead):
                 for wish in wanted:
                     own = replace(wish, period=period, continuous=not period, changes=changes)
                     claim = replace(own, at_rest=at_rest, orbit=orbit)
-                    yield self._proof(attempt, claim, left)
+                    proof = self._proof(attempt, claim, left)
+                    yield proof
+                    late += [proof] if proof.claim == claim and proof.searched.why == TIME_IS_UP else []
                     left -= 1
+                for number, proof in enumerate(late):
+                    if not self._is_over():
+                        yield attempt.further(proof, self._part(left + len(late) - number))
                 self.lost.append(attempt.ahead.died)
 
     def _is_over(self) -> bool:
         return self.stop.is_set() or time.monotonic() >= self.end
 
-    def _proof(self, attempt: Attempt, claim: Claim, left: int) -> MarginProof:
+    def _part(self, left: int) -> float:
+        """Return when the time of the first of so many claims that are left is up."""
         now = time.monotonic()
+        return now + (self.end - now) / left
+
+    def _proof(self, attempt: Attempt, claim: Claim, left: int) -> MarginProof:
         if why := _why_open(claim, attempt.maps.values):
             return MarginProof(claim, Searched("open", (), 0, 0.0, None, why), 0.0)
         try:
-            return _proof(attempt, claim, self.bounds, now + (self.end - now) / left)
+            return _proof(attempt, claim, self.bounds, self._part(left))
         except ModelError as error:  # a sensor within the tolerances has no such figure
             return _open(claim, error)
 
