@@ -1,7 +1,7 @@
 """A study from a TOML file: one names its graph, or a graph file with a table `[study]` in it."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -45,13 +45,30 @@ def read_study(path: str | Path, own: Own | None = None, change: GraphChange = u
 
 
 def read_variants(path: str | Path, own: Own | None = None, change: GraphChange = unchanged) -> dict[str, Study]:
-    """The variants of the study of a file by name, of its graph after a `change`; one without a name if none.
+    """The variants of the study of a file by name; one without a name if there are none.
 
-    Raises `ModelError`.
+    Raises `ModelError` with every problem that can be seen, each with file, line and key.
+
+    `path` is a file, or "library:NAME". `own` are the caller's own blocks by name; the studies are
+    those of its graph after a `change`.
+
+    >>> from proofmass import read_variants
+    >>> list(read_variants("library:scale_factor_drift"))
+    ['']
     """
     path = file_of(path)
     data, place = read_table(path)
     return studies_of_table(data, place, change(graph_in(data, place, own, path)))
+
+
+def only_study(studies: Mapping[str, Study]) -> Study:
+    """Return the study that there is; raises `ModelError` of variants, each of which is a study of its own."""
+    first, *others = studies.values()
+    if others:
+        hint = "take one of read_variants(FILE), or write a study without variants"
+        message = "the study has variants, each of which is a study of its own"
+        raise first.placed(Problem(message=message, got=", ".join(studies), hint=hint)).error
+    return first
 
 
 def read_study_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> Study:

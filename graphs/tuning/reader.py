@@ -10,7 +10,7 @@ from proofmass.graphs.files.library import file_of
 from proofmass.graphs.files.toml_reader import graph_of_file, read_table
 from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.model.keys import TUNE_KEYS
-from proofmass.graphs.studies.study_reader import STUDY, study_of_table
+from proofmass.graphs.studies.study_reader import STUDY, only_study, studies_of_table
 from proofmass.graphs.studies.table_entries import unknown_keys
 from proofmass.graphs.tuning.build import tuning_of
 from proofmass.graphs.tuning.tuning import Tuning
@@ -42,7 +42,7 @@ def tuning_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Tuning:
         hint = "add [tune.free] with parameters and bounds, and [tune.goals]"
         raise Problem(message="the graph has no table [tune]", file=place.file, key=TUNE, hint=hint).error
     problems, tuning = list(unknown_keys(table, TUNE_KEYS)), None
-    study = study_of_table(data, of_file, graph) if STUDY in data and _asks_study(table) else None
+    study = only_study(studies_of_table(data, of_file, graph)) if STUDY in data and _asks_study(table) else None
     given = {key: value for key, value in table.items() if key in TUNE_KEYS}
     with collecting(problems):
         tuning = tuning_of(graph, study=study, place=place, **given)

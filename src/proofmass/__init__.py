@@ -60,6 +60,7 @@ _HOMES = {
     "read_series": "runner.analysis.spectrum.series",
     "read_study": "graphs.studies.study_reader",
     "read_tuning": "graphs.tuning.reader",
+    "read_variants": "graphs.studies.study_reader",
     "replay": "runner.studies.whole.study",
     "response": "runner.analysis.response.response",
     "run_study": "runner.studies.whole.study",

@@ -6,7 +6,7 @@ from proofmass.graphs.model.build import Graph as Graph
 from proofmass.graphs.model.graph import Probe as Probe, Wire as Wire
 from proofmass.graphs.model.linear_systems import from_control as from_control, from_scipy as from_scipy
 from proofmass.graphs.studies.build import Study as Study
-from proofmass.graphs.studies.study_reader import read_study as read_study
+from proofmass.graphs.studies.study_reader import read_study as read_study, read_variants as read_variants
 from proofmass.graphs.tuning.reader import read_tuning as read_tuning
 from proofmass.graphs.tuning.tuning import Tuning as Tuning
 from proofmass.runner.analysis.allan.deviations import Allan as Allan, allan as allan

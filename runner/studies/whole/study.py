@@ -17,7 +17,7 @@ from proofmass.blocks.declaration.named_arguments import named_arguments
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.studies.study import Study
-from proofmass.graphs.studies.study_reader import read_study
+from proofmass.graphs.studies.study_reader import only_study, read_variants
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.host.interrupts import StoppedError, interrupts
 from proofmass.runner.host.processors import processors
@@ -71,8 +71,8 @@ def run_study(
     refused; `repair` keeps its whole runs, and runs the others again. A study with `stop` ends when
     its means are known well enough; `planned_runs` of the result says after how many.
 
-    Raises `ModelError` if the study is wrong, or the ledger in the folder is damaged or belongs to
-    another graph or study; `RunError` if the cluster fails.
+    Raises `ModelError` if the study is wrong or has variants, or the ledger in the folder is
+    damaged or belongs to another graph or study; `RunError` if the cluster fails.
 
     `study` is a `Study`, a file, or "library:NAME". `engine` is "auto", "python" or "compiled".
     `progress` is called with the runs that are done, all runs, and a text on the measures.
@@ -82,7 +82,7 @@ def run_study(
     >>> result["scale_factor"].shape  # four sensors at six ages
     (4, 6)
     """
-    study = study if isinstance(study, Study) else read_study(study)
+    study = study if isinstance(study, Study) else only_study(read_variants(study))
     sensors = SensorRuns(with_numbers(study, runs, seed), engine, lanes)
     return run_sensors(sensors, threads, dask, folder, progress, repair)
 
@@ -148,7 +148,7 @@ def replay(study: Study | str | Path, run: int, epoch: int = 0, engine: EngineNa
     ['noise', 'scale_factor']
     """
     began = time.perf_counter()
-    study = study if isinstance(study, Study) else read_study(study)
+    study = study if isinstance(study, Study) else only_study(read_variants(study))
     for what, value, count in (("run", run, study.runs * study.points), ("epoch", epoch, len(study.epochs))):
         if not 0 <= value < count:
             raise Problem(

@@ -8,10 +8,11 @@ import pytest
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.studies.study_reader import read_study, read_variants
+from proofmass.graphs.tuning.reader import read_tuning
 from proofmass.runner.command_line import main
 from proofmass.runner.comparison.variants import VariantComparison
 from proofmass.runner.studies.shown.curves import variant_pictures
-from proofmass.runner.studies.whole.study import run_study
+from proofmass.runner.studies.whole.study import replay, run_study
 from tests.by_hand.study_texts import STUDY
 
 BASE = STUDY.partition("[study.sweep]")[0] + STUDY[STUDY.index("[study.epochs]") :]
@@ -38,6 +39,23 @@ SWEPT = (
 def written(folder: Path, text: str) -> Path:
     (folder / "study.toml").write_text(text)
     return folder / "study.toml"
+
+
+@pytest.mark.defect("S905", before="the first of all variants, without a word", after="a message names them")
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [(NAMED, "fine, coarse, steady"), (SWEPT, "adc.bits = 8, drift.adc.reference.ramp = 20 ppm/year")],
+)
+def test_a_file_of_variants_is_no_single_study(tmp_path: Path, text: str, named: str) -> None:
+    path = written(tmp_path, text)
+    for call in (run_study, lambda study: replay(study, 0)):
+        with pytest.raises(ModelError, match="the study has variants") as refused:
+            call(path)
+        assert refused.value.problems[0].got.startswith(named)
+        assert refused.value.problems[0].file == str(path)
+    tuned = '\n[tune.free]\n"gain.gain" = [0.5, 2.0]\n[tune.goals]\ngood = { yield = "bias", maximise = true }\n'
+    with pytest.raises(ModelError, match="the study has variants"):
+        read_tuning(written(tmp_path, text + tuned))
 
 
 @pytest.mark.exhaustive
