@@ -256,6 +256,8 @@ def _unpacked(name: str, variable: _Variable) -> Column:
     held, attributes = variable
     given = [np.ravel(attributes[key]) for key in ("_FillValue", "missing_value") if key in attributes]
     missing = {float(value) for values in given for value in values}
+    limits = [attributes.get("valid_min", -math.inf), attributes.get("valid_max", math.inf)]
+    low, *_, high = map(float, np.ravel(attributes.get("valid_range", limits)))  # of what is stored, before it is scaled
     unsigned = str(attributes.get("_Unsigned", "")).lower() == "true"  # integers of a format that has signed ones alone
     packed = "scale_factor" in attributes or "add_offset" in attributes
     scale, offset = float(attributes.get("scale_factor", 1.0)), float(attributes.get("add_offset", 0.0))
@@ -268,8 +270,9 @@ def _unpacked(name: str, variable: _Variable) -> Column:
             values = stored = piece.tolist()
             if unsigned:
                 values = piece.view(piece.dtype.str.replace("i", "u")).tolist()
-            if missing:
-                values = [None if s in missing else v for s, v in zip(stored, values, strict=True)]
+            if missing or low > -math.inf or high < math.inf:
+                pairs = zip(stored, values, strict=True)
+                values = [None if s in missing or not low <= v <= high else v for s, v in pairs]
             yield [None if v is None else v * scale + offset for v in values] if packed else values
 
     return _column(name, str(attributes.get("units", "")), pieces())

@@ -50,3 +50,25 @@ def test_several_missing_values() -> None:
     assert _unpacked("force", _Variable(np.array([1.0, 2.0]), several)).values.tolist() == [1.0, 2.0]
     with pytest.raises(RecordingError, match="holds nan in row 2"):
         _unpacked("force", _Variable(np.array([1.0, -98.0]), several))
+
+
+@pytest.mark.defect("S906", before="values beyond the limits of a netCDF variable were played", after="are missing")
+@pytest.mark.parametrize(
+    ("limits", "row"),
+    [
+        ({"valid_range": [-10, 100]}, 3),
+        ({"valid_max": 100}, 3),
+        ({"valid_min": 2}, 1),
+        ({"valid_range": [-10, 100], "scale_factor": 10.0}, 3),  # of what is stored
+        ({"valid_range": [0, 254], "_Unsigned": "true"}, 4),
+        ({"valid_min": -1, "valid_max": 127}, None),
+    ],
+)
+def test_values_beyond_the_limits_of_a_variable_are_missing(limits: dict[str, Any], row: int | None) -> None:
+    """NetCDF users guide, attribute conventions: of packed data limits are those of the packed values."""
+    variable = _Variable(np.array([1, 100, 101, -1], np.int8), limits)
+    if row is None:
+        assert _unpacked("force", variable).values.tolist() == [1.0, 100.0, 101.0, -1.0]
+        return
+    with pytest.raises(RecordingError, match=f"holds nan in row {row}"):
+        _unpacked("force", variable)
