@@ -7,6 +7,7 @@ import pytest
 
 import proofmass
 from docs.site.alive import NAME
+from docs.site.gallery import gallery_pictures
 from docs.site.offline import outside_addresses
 from docs.site.reference_commands import commands_page
 from docs.site.reference_keys import keys_page
@@ -23,9 +24,12 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture(scope="module")
 def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The staged source of the site."""
+    """The staged source of the site, with one diagram for all graphs: those are looked at in `test_gallery`."""
     folder = tmp_path_factory.mktemp("site") / "source"
-    stage(folder)
+    diagram = next(text for _, text in gallery_pictures())
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("docs.site.gallery._diagram", lambda path: diagram)
+        stage(folder)
     return folder
 
 

@@ -41,15 +41,15 @@ def at_once(monkeypatch: Patch) -> Iterator[None]:
 
 
 def proofs(workers: int, **more: Any) -> Proofs:
-    """A delay margin near its closed form, which takes many boxes, and a gain margin that fails for some sensors."""
-    given: dict[str, Any] = {"gain_margin": "26 dB", "delay_margin": "10.5 ms", "seconds": 60.0} | more
+    """A delay margin of 79 % of its closed form, which takes 14 boxes, and a gain margin that fails for some sensors."""
+    given: dict[str, Any] = {"gain_margin": "26 dB", "delay_margin": "9 ms", "seconds": 60.0} | more
     return prove(GRAPH, tolerances={"gain.gain": "10 %", "hold.gain": "20 %"}, workers=workers, **given)
 
 
 @pytest.fixture(scope="module")
 def alone() -> Proofs:
     found = proofs(1)
-    assert sum(one.searched.boxes for one in found.proofs) > 20
+    assert sum(one.searched.boxes for one in found.proofs) > 15
     return found
 
 
@@ -140,7 +140,7 @@ def test_an_exception_in_a_process_is_met_here_in_its_turn(alone: Proofs, monkey
 def test_a_process_that_hangs_does_not_hang_the_search(monkeypatch: Patch) -> None:
     begin = time.monotonic()
     with in_children(monkeypatch, lambda box: time.sleep(600.0)):
-        found = proofs(2, gain_margin="", seconds=2.0)
+        found = proofs(2, gain_margin="", delay_margin="10.5 ms", seconds=2.0)
     assert time.monotonic() - begin < 20.0
     assert found.proofs[-1].searched.why == "the time is up"
 
@@ -152,7 +152,7 @@ def test_ctrl_c_keeps_what_is_proved(monkeypatch: Patch) -> None:
     pressed = threading.Timer(2.5, os.kill, (os.getpid(), signal.SIGINT))
     pressed.start()
     with in_children(monkeypatch, slows):
-        found = proofs(2, gain_margin="")
+        found = proofs(2, gain_margin="", delay_margin="10.5 ms")
     pressed.join()
     assert found.interrupted
     assert found.proofs[0].status == "proved"

@@ -1,6 +1,7 @@
 """The bench played by simulators that are present: each passes what is right and fails what is not."""
 
 import json
+import subprocess
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from proofmass.runner.command_line import main
 from proofmass.runner.commands import rtl_command
 from proofmass.runner.rtl.bench.bench import bench_files
 from proofmass.runner.rtl.bench.cocotb_bench import cocotb_files
-from proofmass.runner.rtl.bench.simulators import Mismatch, Played, Simulator, need_simulator, play
+from proofmass.runner.rtl.bench.simulators import Mismatch, Played, Simulator, _commands, need_simulator, play
 from proofmass.runner.rtl.bench.vectors import Vectors
 from proofmass.runner.rtl.machine.machine import Machine
 from proofmass.runner.rtl.text.machine_verilog import machine_text, top_name
@@ -64,6 +65,22 @@ def test_a_simulator_passes_what_agrees(simulator: Simulator, graph: Graph) -> N
     assert str(played).startswith(f"{simulator}: PASS, {vectors.clocks} clocks, ")
 
 
+def test_verilator_takes_the_bench(tmp_path: Path) -> None:
+    """All that it looks at before it has C++ compiled, which takes most of the time of playing."""
+    present("verilator")
+    for file, text in files_of(*made(cut_graph(1, 3))).items():
+        (tmp_path / file).write_text(text, encoding="utf-8")
+    program, *options = _commands("verilator", "top").build
+    words = [program, *("--lint-only" if word == "--binary" else word for word in options)]
+    ended = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    assert ended.returncode == 0, ended.stderr
+    (tmp_path / "top.v").write_text("module top; endmodule\n", encoding="utf-8")
+    ended = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    assert ended.returncode == 1
+    assert "%Error" in ended.stderr
+
+
+@pytest.mark.exhaustive
 def test_verilator_passes_what_agrees() -> None:
     present("verilator")
     machine, vectors = made(cut_graph(1, 3))
