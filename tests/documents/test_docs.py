@@ -107,6 +107,7 @@ def test_graph(text: str) -> None:
     "design_loop-0",
     "margins-0",
     "pn-self-calibration-4",
+    "pn-self-calibration-6",
     "pn-self-calibration-7",
     "temperature-compensation-0",
     "temperature-compensation-1",

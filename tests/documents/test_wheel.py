@@ -5,8 +5,10 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+import tomllib
 import venv
 import zipfile
+from fnmatch import fnmatch
 from pathlib import Path
 
 import pytest
@@ -27,6 +29,25 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return next(folder.glob("*.whl"))
 
 
+ROOMS = ("blocks", "graphs", "runner")
+NOT_SHIPPED = {"tsconfig.json", "vendored.d.ts"}  # types of scripts, for those who change them
+
+
+def test_each_file_is_among_what_a_wheel_packs() -> None:
+    """What the wheel has, from the words of its description alone: to make one takes ten seconds."""
+    described = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
+    assert described["package-dir"] == {"": "src"}
+    assert described["packages"] == {"find": {"where": ["src"]}}
+    assert [path.name for path in (ROOT / "src").iterdir() if not path.name.endswith(".egg-info")] == ["proofmass"]
+    files = [path for room in ROOMS for path in (ROOT / room).rglob("*") if path.is_file()]
+    files = [path.relative_to(ROOT) for path in files if path.parent.name != "__pycache__"]
+    assert all(part.isidentifier() for file in files for part in file.parts[:-1]), "a folder that is no package"
+    patterns = ("*.py", *described["package-data"]["*"])
+    left = {file.name for file in files if not any(fnmatch(file.name, pattern) for pattern in patterns)}
+    assert left == NOT_SHIPPED
+
+
+@pytest.mark.exhaustive
 def test_wheel_holds_only_proofmass(wheel: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
     assert {name.split("/")[0] for name in names if ".dist-info/" not in name} == {"proofmass"}
@@ -36,6 +57,7 @@ def test_wheel_holds_only_proofmass(wheel: Path) -> None:
     assert sorted(name.split("/")[-1] for name in names if "/library/" in name and not name.endswith(".py")) == library
 
 
+@pytest.mark.exhaustive
 def test_every_python_file_is_in_the_wheel(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     files = [path.relative_to(ROOT) for top in ("blocks", "graphs", "runner") for path in (ROOT / top).rglob("*.py")]
@@ -43,7 +65,7 @@ def test_every_python_file_is_in_the_wheel(wheel: Path) -> None:
     assert {"proofmass/__init__.pyi", "proofmass/blocks/__init__.pyi"} <= names
 
 
-@pytest.mark.parametrize("name", ["blocks", "graphs", "runner"])
+@pytest.mark.parametrize("name", ROOMS)
 def test_links_for_type_checkers_point_at_the_folders(name: str) -> None:
     link = ROOT / "src" / "proofmass" / name
     assert link.is_symlink()

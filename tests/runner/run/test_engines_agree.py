@@ -80,7 +80,7 @@ def test_a_resonator_of_integrators_with_five_random_parameter_sets(tmp_path: Pa
         assert_same_bits(replace(graph, rate=Fraction(1_000_000)), SAMPLES)
 
 
-@pytest.mark.exhaustive(but=3)
+@pytest.mark.exhaustive(but=2)
 @pytest.mark.parametrize("samples", amounts(SAMPLES // 25, SAMPLES))
 @pytest.mark.parametrize("group", GROUPS, ids=",".join)
 def test_every_block_with_random_parameter_sets(group: list[str], samples: int, tmp_path: Path) -> None:

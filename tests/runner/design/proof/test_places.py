@@ -84,6 +84,7 @@ def on_carrier(**given: Any) -> Proofs:
     return prove(read_graph_text(CARRIED), tolerances={"controller.gain": "5 %"}, **(usual | given))
 
 
+@pytest.mark.exhaustive("0.11", "0.25")
 @pytest.mark.parametrize("place", [-0.5, -0.11, 0.25, 0.49])
 def test_a_sensor_at_a_place(place: float) -> None:
     """K / (z (z - 1)) at a fixed carrier, whatever its phase, also where it has just turned."""

@@ -53,7 +53,7 @@ def files_of(machine: Machine, vectors: Vectors) -> Mapping[str, str]:
     return own | bench_files(machine, vectors) | cocotb_files(machine, vectors.clocks)
 
 
-@pytest.mark.exhaustive("cocotb-cut", "cocotb-g")
+@pytest.mark.exhaustive("cocotb")
 @pytest.mark.parametrize("graph", [loop_at_rates(), cut_graph(1, 3), REGISTER, GAIN], ids=lambda graph: graph.name)
 @pytest.mark.parametrize("simulator", ["icarus", "cocotb"])
 def test_a_simulator_passes_what_agrees(simulator: Simulator, graph: Graph) -> None:
