@@ -220,7 +220,7 @@ EXPLANATIONS = (
         r"|distribution|correlated|calibration|vary|swept|sweep|sensor can|too (old|large)|number that may vary"
         r"|the block works in fixed point|independent parameters|coefficient|no measures|equally many"
         r"|the last age|nothing varies|leaves nothing free|hardly moves|has no tolerance|that change at will"
-        r"|the correlations|follows from it, and|no limit",
+        r"|the correlations|follows from it, and|no limit|the study has variants",
         "The tables of a study name parameters that may vary, how, and which measures count.",
         'docs/studies.md shows each table with an example. Keys of parameters are quoted: "adc.reference".',
     ),

@@ -257,7 +257,7 @@ def _unpacked(name: str, variable: _Variable) -> Column:
     given = [np.ravel(attributes[key]) for key in ("_FillValue", "missing_value") if key in attributes]
     missing = {float(value) for values in given for value in values}
     limits = [attributes.get("valid_min", -math.inf), attributes.get("valid_max", math.inf)]
-    low, *_, high = map(float, np.ravel(attributes.get("valid_range", limits)))  # of what is stored, before it is scaled
+    low, *_, high = map(float, np.ravel(attributes.get("valid_range", limits)))  # of what is stored, not scaled
     unsigned = str(attributes.get("_Unsigned", "")).lower() == "true"  # integers of a format that has signed ones alone
     packed = "scale_factor" in attributes or "add_offset" in attributes
     scale, offset = float(attributes.get("scale_factor", 1.0)), float(attributes.get("add_offset", 0.0))
