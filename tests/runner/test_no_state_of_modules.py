@@ -11,6 +11,7 @@ import proofmass.runner
 
 RUNNER = Path(next(iter(proofmass.runner.__path__)))
 CHANGES = {"append", "add", "update", "setdefault", "pop", "clear", "extend", "remove", "insert", "discard", "popitem"}
+CHANGING = (ast.Assign, ast.AugAssign, ast.AnnAssign, ast.Delete)
 CACHES = {
     ("live/carried.py", "_modules"),  # WebAssembly by its text
     ("plan/recording.py", "_kept"),  # recordings by path and time of change
@@ -34,9 +35,8 @@ def changed(source: str) -> Iterator[str]:
         elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
             if node.func.attr in CHANGES and isinstance(node.func.value, ast.Name) and node.func.value.id in own:
                 yield node.func.value.id
-        else:
-            targets = getattr(node, "targets", None) or [getattr(node, "target", None)]
-            for target in targets if isinstance(node, ast.Assign | ast.AugAssign | ast.AnnAssign | ast.Delete) else ():
+        elif isinstance(node, CHANGING):
+            for target in getattr(node, "targets", None) or [getattr(node, "target", None)]:
                 for one in target.elts if isinstance(target, ast.Tuple | ast.List) else [target]:
                     place = one.value if isinstance(one, ast.Attribute | ast.Subscript) else None
                     if isinstance(place, ast.Name) and place.id in own:

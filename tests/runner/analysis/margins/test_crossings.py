@@ -8,6 +8,7 @@ import pytest
 
 from proofmass.runner.analysis.linearisation.rational import Transfer
 from proofmass.runner.analysis.margins.axis import CertifiedAxis
+from tests.by_hand.amounts import amounts
 from tests.by_hand.axis_by_grid import random_loops
 from tests.by_hand.axis_questions import compared
 
@@ -17,9 +18,10 @@ def axis_of(above: list[int], below: list[int], sampled: bool = True) -> Certifi
 
 
 @pytest.mark.exhaustive("True")
+@pytest.mark.parametrize("count", amounts(20, 40))
 @pytest.mark.parametrize("sampled", [False, True])
-def test_random_loops(sampled: bool) -> None:
-    for loop in random_loops(sampled, 40):
+def test_random_loops(sampled: bool, count: int) -> None:
+    for loop in random_loops(sampled, count):
         compared(axis_of(loop.above, loop.below, sampled), loop)
 
 

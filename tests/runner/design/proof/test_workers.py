@@ -41,7 +41,7 @@ def at_once(monkeypatch: Patch) -> Iterator[None]:
 
 
 def proofs(workers: int, **more: Any) -> Proofs:
-    """A delay margin of 79 % of its closed form, which takes 14 boxes, and a gain margin that fails for some."""
+    """A delay margin of 79 % of its closed form takes 14 boxes; a gain margin fails for some sensors."""
     given: dict[str, Any] = {"gain_margin": "26 dB", "delay_margin": "9 ms", "seconds": 60.0} | more
     return prove(GRAPH, tolerances={"gain.gain": "10 %", "hold.gain": "20 %"}, workers=workers, **given)
 

@@ -25,13 +25,24 @@ from tests.runner.output.test_report import Outline, texts
 TEXT = STUDY.replace("seed = 11", 'seed = 11\ndesign = "saltelli"').replace("runs = 6", "runs = 40")
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    place = tmp_path_factory.mktemp("report")
-    (place / "sensor.toml").write_text(TEXT)
+def reported(text: str, place: Path) -> Path:
+    (place / "sensor.toml").write_text(text)
     run_study(read_study(place / "sensor.toml"), engine="compiled", folder=place / "out")
     assert main(["report", str(place / "out")]) == 0
     return place / "out"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return reported(TEXT, tmp_path_factory.mktemp("report"))
+
+
+@pytest.fixture(scope="module")
+def of_two_ages(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Of fewer ages, without a sweep: most of the time of a report goes into its pictures."""
+    text = STUDY.replace('[study.sweep]\n"filter.corner_frequency" = ["100 Hz", "200 Hz"]\n', "")
+    text = text.replace(', "1000 h", "1 year"]', ', "1 year"]').replace("runs = 6", "runs = 10")
+    return reported(text, tmp_path_factory.mktemp("report"))
 
 
 @pytest.fixture(scope="module")
@@ -97,9 +108,16 @@ def test_it_says_since_when_changes_are_counted(text: str, since: list[list[str]
             assert words == (age and f" Changes are those since the {before}{age}.")
 
 
+EITHER = pytest.mark.parametrize("study", ["of_two_ages", pytest.param("folder", marks=pytest.mark.exhaustive)])
+
+
+@EITHER
 def test_its_commands_replay_the_runs_it_names(
-    page: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    study: str, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    folder: Path = request.getfixturevalue(study)
+    capsys.readouterr()
+    page = (folder / "report.html").read_text()
     monkeypatch.chdir(folder)
     result = kept_result(folder)
     rows = re.findall(r"<th>(bias|noise)</th>.*?<code>(proofmass montecarlo [^<]*)</code>", page)
@@ -129,8 +147,10 @@ def test_its_commands_know_the_blocks_of_the_user(
     assert "gain.output" in capsys.readouterr().out
 
 
-def test_the_worst_are_those_furthest_beyond_the_limit(page: str, folder: Path) -> None:
-    result = kept_result(folder)
+@EITHER
+def test_the_worst_are_those_furthest_beyond_the_limit(study: str, request: pytest.FixtureRequest) -> None:
+    folder: Path = request.getfixturevalue(study)
+    page, result = (folder / "report.html").read_text(), kept_result(folder)
     change = np.abs(result["bias"] / result["bias"][:, :1] - 1.0).max(axis=1) * np.abs(result["bias"][:, 0])
     named = [int(run) for run in re.findall(r"<th>bias</th>.*?--run (\d+)", page)]
     assert named == result.numbers[np.argsort(-change)[:5]].tolist()
