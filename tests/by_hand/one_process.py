@@ -1,4 +1,4 @@
-"""Proofs in one process unless a test asks for more: other tests have the processors, and a fork of this one is slow."""
+"""Proofs in one process unless a test asks for more: other tests have the other processors."""
 
 from collections.abc import Iterator
 
