@@ -10,8 +10,6 @@ from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import Problem, did_you_mean, shown
@@ -253,6 +251,9 @@ def _of_variables(variables: Mapping[str, _Variable], choice: Choice) -> ColumnP
 
 def _unpacked(name: str, variable: _Variable) -> Column:
     """A netCDF variable, unpacked if its attributes say how."""
+    # start-up time: only these files need it
+    import numpy as np
+
     held, attributes = variable
     given = [np.ravel(attributes[key]) for key in ("_FillValue", "missing_value") if key in attributes]
     missing = {float(value) for values in given for value in values}
