@@ -68,11 +68,8 @@ def known_proofs(certificate: str, graph_sha256: str) -> KnownProofs:
 
 
 def _start(leaf: Mapping[str, Any]) -> Start:
-    transform, frame, left = (
-        None if leaf.get(name) is None else np.array(leaf[name], dtype=float) for name in ("transform", "frame", "left")
-    )
-    assert transform is not None
-    return _start_of(transform, frame, left)
+    frame, left = (np.array(leaf[name], dtype=float) if name in leaf else None for name in ("frame", "left"))
+    return _start_of(np.array(leaf["transform"], dtype=float), frame, left)
 
 
 def _start_of(transform: Array, frame: Array | None, left: Array | None) -> Start:

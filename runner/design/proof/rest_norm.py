@@ -22,9 +22,7 @@ _NOISE = (1e-1, 1e-2)  # of covariances, in all directions
 _GROWN = 1.2  # by which they count what the matrix does
 _SHARPNESS = (20.0, 200.0, 2_000.0)  # of the smooth maximum that is descended
 _ENOUGH = 0.95  # a norm with which a descent ends
-_LEAST_PART = (
-    1e-40  # of the largest entry of a row, that each counts for: a checker in parts of 2^-300 holds the scales
-)
+_LEAST_PART = 1e-40  # of the largest entry of a row, for which each counts: 2^-300, a checker's unit, is far below
 
 
 @dataclass(frozen=True)
