@@ -126,6 +126,12 @@ def test_what_cannot_be_read_is_refused_at_its_line(tmp_path: Path, values: str,
     assert len(caught.value.problems) == 1
 
 
+def matrix_is_refused(folder: Path, rest: str, words: str) -> None:
+    path = written(folder, curve('{ file = "curve.csv" }'), curve_csv=f"%%MatrixMarket matrix {rest}")
+    with pytest.raises(ModelError, match=words):
+        read_graph(path)
+
+
 @pytest.mark.defect("S855", before="read as 1 by 1, whatever else the row of sizes says", after="refused")
 @pytest.mark.parametrize(
     "rest",
@@ -138,9 +144,7 @@ def test_what_cannot_be_read_is_refused_at_its_line(tmp_path: Path, values: str,
 )
 def test_a_matrix_has_the_sizes_of_its_layout(tmp_path: Path, rest: str) -> None:
     """Matrix Market: height and width, and of one that is given by coordinates the number of entries."""
-    path = written(tmp_path, curve('{ file = "curve.csv" }'), curve_csv=f"%%MatrixMarket matrix {rest}")
-    with pytest.raises(ModelError, match="a matrix whose size"):
-        read_graph(path)
+    matrix_is_refused(tmp_path, rest, "a matrix whose size")
 
 
 @pytest.mark.defect("S858", before="entries beyond the square stood in places of others", after="refused")
@@ -148,9 +152,7 @@ def test_a_matrix_has_the_sizes_of_its_layout(tmp_path: Path, rest: str) -> None
     "rest", ["array real symmetric\n3 2\n1\n2\n3\n4\n5\n", "coordinate real symmetric\n2 3 1\n1 3 5\n"]
 )
 def test_a_symmetric_matrix_is_square(tmp_path: Path, rest: str) -> None:
-    path = written(tmp_path, curve('{ file = "curve.csv" }'), curve_csv=f"%%MatrixMarket matrix {rest}")
-    with pytest.raises(ModelError, match="is said to be symmetric"):
-        read_graph(path)
+    matrix_is_refused(tmp_path, rest, "is said to be symmetric")
 
 
 @pytest.mark.defect("S879", before="the last of two entries at one place was taken", after="refused")
@@ -162,9 +164,7 @@ def test_a_symmetric_matrix_is_square(tmp_path: Path, rest: str) -> None:
     ],
 )
 def test_a_matrix_has_one_entry_at_each_place(tmp_path: Path, rest: str) -> None:
-    path = written(tmp_path, curve('{ file = "curve.csv" }'), curve_csv=f"%%MatrixMarket matrix {rest}")
-    with pytest.raises(ModelError, match="has two entries at row"):
-        read_graph(path)
+    matrix_is_refused(tmp_path, rest, "has two entries at row")
 
 
 def test_a_file_that_may_not_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
