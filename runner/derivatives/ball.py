@@ -43,7 +43,7 @@ class UndecidedError(ArithmeticError):
 
 def _operated(operation: Callable[[Any, Any], Any]) -> Callable[["Ball", Any], Any]:
     def operated(self: "Ball", other: Any) -> Any:
-        if not _is_number(other):
+        if not is_number(other):
             return NotImplemented
         value = operation(self.arb, arb_of(other))
         if not value.is_finite():
@@ -76,6 +76,10 @@ class Ball:
         low, high = float(self.arb.lower()), float(self.arb.upper())
         return math.nextafter(low, -math.inf), math.nextafter(high, math.inf)
 
+    def alike(self, value: Any) -> "Ball":
+        """Return a value that was computed from this ball, one of Arb's, as a ball."""
+        return Ball(value)
+
     def widened(self) -> "Ball":
         """Return the ball with the last places of each value as a further radius."""
         return Ball(self.arb * flint.arb(1, LAST_PLACES))
@@ -107,13 +111,13 @@ class Ball:
         return Ball(abs(self.arb))
 
     def __floordiv__(self, other: Any) -> int:
-        return whole((self / other).arb.floor()) if _is_number(other) else NotImplemented
+        return whole((self / other).arb.floor()) if is_number(other) else NotImplemented
 
     def __rfloordiv__(self, other: Any) -> int:
         return whole((other / self).arb.floor())
 
     def __mod__(self, other: Any) -> Any:
-        return self - other * (self // other) if _is_number(other) else NotImplemented
+        return self - other * (self // other) if is_number(other) else NotImplemented
 
     def __floor__(self) -> int:
         return whole(self.arb.floor())
@@ -138,7 +142,7 @@ class Ball:
         return self != 0
 
     def __eq__(self, other: object) -> bool:
-        if not _is_number(other):  # a dual number has the answer
+        if not is_number(other):  # a dual number has the answer
             return NotImplemented
         b = arb_of(other)
         if self.arb.is_exact() and b.is_exact():
@@ -149,13 +153,13 @@ class Ball:
         return not self == other
 
     def __lt__(self, other: Any) -> bool:
-        if not _is_number(other):
+        if not is_number(other):
             return NotImplemented
         b = arb_of(other)
         return _decided(bool(self.arb < b), bool(self.arb >= b))
 
     def __le__(self, other: Any) -> bool:
-        if not _is_number(other):
+        if not is_number(other):
             return NotImplemented
         b = arb_of(other)
         return _decided(bool(self.arb <= b), bool(self.arb > b))
@@ -172,8 +176,14 @@ def ball(low: float, high: float) -> Ball:
     return Ball(flint.arb(low).union(flint.arb(high)))
 
 
-def _is_number(of: object) -> bool:
+def is_number(of: object) -> bool:
+    """Return whether it is a ball or a plain number."""
     return isinstance(of, int | float | Ball)
+
+
+def is_zero(number: Any) -> bool:
+    """Return whether a ball or a plain number is zero for certain."""
+    return bool(number.arb.is_zero()) if isinstance(number, Ball) else number == 0.0
 
 
 def arb_of(number: Any) -> Any:
@@ -275,7 +285,10 @@ def of_balls(function: Callable[..., Any], *numbers: Any) -> Any:
         value = _OF_ONE[function](arbs[0].lower()).union(_OF_ONE[function](arbs[0].upper()))
     if not value.is_finite():
         raise UndecidedError(f"{function.__name__} of numbers that it has no value for")
-    return Ball(value).widened()
+    found: Ball = Ball(value).widened()
+    for number in numbers:
+        found = number.alike(found.arb) if isinstance(number, Ball) else found
+    return found
 
 
 def of_series(value: Callable[[Any], Any], slope: Callable[[Any], Any], of: Any) -> Any:

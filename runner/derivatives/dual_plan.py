@@ -8,7 +8,7 @@ computed apart, for all directions at once.
 
 import math
 import types
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -19,10 +19,17 @@ from proofmass.runner.continuous.exact_hold import TERMS, balance, hold
 from proofmass.runner.derivatives.ball import Ball, ball_exponential
 from proofmass.runner.derivatives.dual import PARAMETERS, Dual, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_functions import for_duals
+from proofmass.runner.derivatives.homogeneous import Homogeneous, homogeneous_exponential
 from proofmass.runner.derivatives.polynomial import PolynomialBall, polynomial_exponential
 from proofmass.runner.plan.constants import constants_of
 from proofmass.runner.plan.keys import VectorOf
 from proofmass.runner.plan.planned import Filled, Plan
+
+_EXPONENTIALS: Mapping[type, Callable[[list[list[Any]], float], Matrix]] = {  # the first of these that is in a matrix
+    Homogeneous: homogeneous_exponential,
+    PolynomialBall: polynomial_exponential,
+    Ball: ball_exponential,
+}
 
 
 def differentiated(plan: Plan) -> Plan:
@@ -120,8 +127,9 @@ def _held(rows: list[list[Any]], size: int, period: float) -> Matrix:
     levels = [number.level for row in rows for number in row if isinstance(number, Dual)]
     if not levels:
         kinds = {type(number) for row in rows for number in row}
-        if Ball in kinds or PolynomialBall in kinds:
-            return (polynomial_exponential if PolynomialBall in kinds else ball_exponential)(rows, period)[:size]
+        for kind, exponential in _EXPONENTIALS.items():
+            if kind in kinds:
+                return exponential(rows, period)[:size]
         transition, entry = hold([row[:size] for row in rows], [row[size:] for row in rows], period)
         return [[*left, *right] for left, right in zip(transition, entry, strict=True)]
     level, width = max(levels), len(rows[0])

@@ -19,6 +19,7 @@ from proofmass.runner.verification.proof_checker import FORMAT, digest_of
 ASSUMED = (
     "The matrices enclose those of the graph: they come from its functions, called with intervals of numbers.",
     "Blocks compute in real numbers: the rounding of doubles in a run is not a part of the proof.",
+    "Parameters of a product act on their loop as that alone: its functions, called with powers, have the same power.",
     "Loops are those of the start of the run, tick 0, or at rest. Quantisers count as a gain of one, limits by slopes.",
     "At rest sources are constant: where a sensor rests is that of ideal converters, which do not round.",
     "On an orbit sources come round as their frequencies say. It is a point of rest of all its periods at once.",

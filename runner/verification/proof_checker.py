@@ -30,6 +30,7 @@ from typing import Any
 
 import numpy as np
 
+from proofmass.runner.verification.box_checker import LeafBox, covered, named_side
 from proofmass.runner.verification.digital_checker import check_digital
 
 FORMAT, _PI = "proofmass proof 1", Decimal("3.14159265358979323846264338327950288419716939937511")
@@ -39,7 +40,6 @@ _FACTORS = {"phase margin": "phase", "delay margin": "phase", "disk margin": "di
 _FACTORS |= {"stable": "gain", "gain margin": "gain", "decay rate": "gain", "scale factor": "rest", "bias": "rest"}
 _UNITS = {"gain margin": " dB", "phase margin": " deg", "delay margin": " s", "decay rate": " 1/s"}
 _Whole = np.ndarray[Any, np.dtype[np.object_]]  # of integers; where it has three sides, a matrix and its errors
-_Box = tuple[tuple[float, float], ...]
 _Data = Mapping[str, Any]
 _unit: Any = partial(np.eye, dtype=object)
 
@@ -88,7 +88,7 @@ def _claim(data: _Data, claim: _Data) -> str:
     where += " in continuous time" * falls + f" under {'any' if any_change else 'slow'} change" * moves
     _check_ends(claim, where)
     leaves = [(tuple(map(_side, leaf["box"])), leaf, data["loops"][leaf["loop"]]) for leaf in claim["leaves"]]
-    _refuse(not _covered((*sides, _side(claim["ends"])), [one[0] for one in leaves]), f"{where}: its boxes leave a gap")
+    _refuse(not covered((*sides, _side(claim["ends"])), [one[0] for one in leaves]), f"{where}: its boxes leave a gap")
     for i, (core, leaf, loop) in enumerate(leaves):
         _refuse(not 0 < _disc(claim, leaf, core[-1]) <= 1, f"{where}: a disc is not that of the claim")
         _refuse(at_rest != ("rest" in loop and _rests(loop["rest"])), f"{where}: no point of rest is enclosed")
@@ -96,7 +96,10 @@ def _claim(data: _Data, claim: _Data) -> str:
     stays = at_rest or factor == "rest" or kind == "delay margin" or min(steps, default=0) < 0
     wrong = moves and (stays or any(_too_soon(claim, steps, one, other) for one in leaves for other in leaves))
     _refuse(wrong, f"{where}: no norm serves all of the tolerances, or follows another so soon")
-    named = [f"{'1 / ' * c['inverse']}{c['name']} from {c['low']:g} to {c['high']:g}" for c in claim["coordinates"]]
+    varies = [*map(named_side, claim["coordinates"])]
+    wrong = (moves or at_rest or of_output) and any("product" in side for side in claim["coordinates"])
+    _refuse(wrong or not all(whole for _, whole in varies), f"{where}: a product does not stand for its parameters")
+    named = [words for words, _ in varies]
     if moves:
         named = [f"{one} by at most {float(step):g} a {time}" for one, step in zip(named, steps, strict=True)]
     return ", ".join([f"{where}: {len(leaves)} box{'es' * (len(leaves) > 1)}", *named])
@@ -176,18 +179,7 @@ def _size(errors: Any) -> int:
     return math.isqrt(int(errors.sum(axis=0).max()) * int(errors.sum(axis=1).max())) + 1
 
 
-def _covered(whole: _Box, boxes: Sequence[_Box]) -> bool:
-    """Return whether boxes that came of halving cover all of a box."""
-    for place, (low, high) in enumerate(whole):
-        middle = 0.5 * low + 0.5 * high
-        below, above = ([b for b in boxes if b[place][1] <= middle], [b for b in boxes if b[place][0] >= middle])
-        if low < middle < high and len(below) + len(above) == len(boxes) and below and above:
-            halves = ((low, middle), below), ((middle, high), above)
-            return all(_covered((*whole[:place], side, *whole[place + 1 :]), some) for side, some in halves)
-    return whole in boxes
-
-
-def _contracts(loop: _Data, leaf: _Data, box: _Box, claim: _Data) -> bool:
+def _contracts(loop: _Data, leaf: _Data, box: LeafBox, claim: _Data) -> bool:
     """Return whether all closed loops of a box shorten every vector in the coordinates of its T, on their side."""
     factor, falls, whole = claim["factor"], claim.get("continuous") is True, [*map(_side, loop["box"])]
     parts, limit, bends = 2 if factor == "phase" else 1, Fraction(box[-1][1]), Fraction(leaf.get("bends", 0))

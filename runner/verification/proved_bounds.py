@@ -40,10 +40,11 @@ def _bounds(claims: Sequence[Mapping[str, Any]], study: Study, measures: Sequenc
         told |= {"most": one["most"], "unit_of_quantity": one["unit"]} if KINDS[one["kind"]].of_output else {}
         claim = Claim(**told, changes=tuple(one.get("changes", ())))
         measure = f"{claim.loop}.{claim.kind.replace(' ', '_')}"
-        sides = {side["name"]: _ends(side) for side in one["coordinates"]}
+        varying = [each for side in one["coordinates"] for each in side.get("product", [side])]
+        sides = {each["name"]: _ends(each) for each in varying}
         words = [
-            f"{side['name']} from {' to '.join(in_print(end, side['unit'], 6) for end in sides[side['name']])}"
-            for side in one["coordinates"]
+            f"{each['name']} from {' to '.join(in_print(end, each['unit'], 6) for end in sides[each['name']])}"
+            for each in varying
         ]
         beyond = tuple(name for name, ends in varied.items() if name not in sides or not _within(ends, sides[name]))
         shown = measure if measure in measures else ""
@@ -53,7 +54,7 @@ def _bounds(claims: Sequence[Mapping[str, Any]], study: Study, measures: Sequenc
 
 def _ends(side: Mapping[str, Any]) -> tuple[float, float]:
     low, high = float(side["low"]), float(side["high"])
-    return (1.0 / high, 1.0 / low) if side["inverse"] else (low, high)
+    return (1.0 / high, 1.0 / low) if side.get("inverse") else (low, high)
 
 
 def _within(ends: tuple[float, float], whole: tuple[float, float]) -> bool:

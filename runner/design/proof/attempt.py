@@ -170,7 +170,7 @@ class Attempt:
 
     @property
     def _nominal(self) -> dict[str, float]:
-        return {r.written: r.nominal for r in self.coordinates.ranges}
+        return {r.written: r.nominal for r in self.coordinates.tolerances}
 
     def _refuted(self, claim: Claim, at: Mapping[str, float], text: str, value: float) -> MarginProof:
         """Return that a sensor breaks a claim, for which nothing was searched."""
@@ -211,7 +211,7 @@ class Attempt:
 
         Each attempt has half of the time that is left.
         """
-        best, least = proof, least_found(self.sensors, self.coordinates.ranges, proof.claim)
+        best, least = proof, least_found(self.sensors, self.coordinates.tolerances, proof.claim)
         beyond = least.margin  # a limit that was not proved
         while best.claim.limit < _NEAR * least.margin < math.inf and beyond - best.claim.limit > _CLOSE * least.margin:
             now = time.monotonic()
@@ -237,8 +237,7 @@ class Attempt:
         The room between both is widened until there is a proof, then narrowed until there is none.
         Each attempt has half of the time that is left.
         """
-        ranges = self.coordinates.ranges
-        least = least_found(self.sensors, ranges, claim)
+        least = least_found(self.sensors, self.coordinates.tolerances, claim)
         nominal, rounding = quantity_there(self.sensors, claim, self._nominal)
         way = abs(nominal - least.margin)
         if not math.isfinite(way):

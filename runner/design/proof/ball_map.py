@@ -18,7 +18,7 @@ from proofmass.runner.analysis.linearisation.linearisation import OperatingPoint
 from proofmass.runner.analysis.linearisation.orbit import OrbitPoint
 from proofmass.runner.analysis.linearisation.seeds import held_in
 from proofmass.runner.analysis.linearisation.tick_maps import between
-from proofmass.runner.derivatives.ball import Ball
+from proofmass.runner.derivatives.ball import is_zero
 from proofmass.runner.derivatives.dual import SIGNALS, slopes_of
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.design.proof.ball_ticks import BallTicks, advanced, with_balls
@@ -190,22 +190,18 @@ class StartingLoop(Starting):
     def _kept(self, rows: MatrixRows, order: int) -> Kept:
         """Return what matters: a value that nothing reads, or that follows nothing, is not a part of the loop."""
         states, wire = states_between(rows, order), range(order, len(rows))
-        enter = {j for i in (*states, *wire) for j in wire if not _is_zero(rows[i][j])}
-        leave = {i for i in wire for j in (*states, *wire) if not _is_zero(rows[i][j])}
+        enter = {j for i in (*states, *wire) for j in wire if not is_zero(rows[i][j])}
+        leave = {i for i in wire for j in (*states, *wire) if not is_zero(rows[i][j])}
         values = tuple(sorted(place - order for place in enter & leave))
         return Kept(tuple(states), values, values)
 
 
 def states_between(rows: MatrixRows, order: int) -> list[int]:
     """Return the states that the input reaches and that reach the output, by what is not exactly zero anywhere."""
-    links: Truths = np.array([[not _is_zero(value) for value in row] for row in rows], dtype=bool)
+    links: Truths = np.array([[not is_zero(value) for value in row] for row in rows], dtype=bool)
     entered: Truths = np.any(links[:order, order:], axis=1)
     read: Truths = np.any(links[order:, :order], axis=0)
     return between(links[:order, :order], entered, read)
-
-
-def _is_zero(value: Any) -> bool:
-    return bool(value.arb.is_zero()) if isinstance(value, Ball) else value == 0.0
 
 
 class ChangesLaterError(ModelError):

@@ -2,11 +2,14 @@
 
 The stiffness over a mass bends less along 1/m than along m: the straighter of both is taken.
 
+Parameters that act on a loop as one product are one coordinate (`products`).
+
 Of a whole box some part is proved in a box of its own, which is larger where parameters change
 slowly.
 """
 
 import itertools
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -24,7 +27,40 @@ from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.planned import Plan
 
 Sides = tuple[tuple[float, float], ...]
+_ROUNDED = 1.0 + 2.0**-40  # more than the rounding of a product of powers
 _OVERLAP = 0.5  # of the width of a core, at both ends: what is wider dwells longer, but has less room for a norm
+
+
+@dataclass(frozen=True)
+class ProductRange(Range):
+    """A range of a product of parameters to some powers, as one of its first factor alone, which has a power of 1."""
+
+    factors: tuple[Range, ...] = ()
+    powers: tuple[float, ...] = ()
+
+    @classmethod
+    def of(cls, factors: Sequence[Range], powers: Sequence[float]) -> "ProductRange":
+        """Return the product of ranges without zero, all of which but the first stay as they are."""
+        first, ends = factors[0], [_ends(r, power) for r, power in zip(factors, powers, strict=True)]
+        low, high = (math.prod(r[i] ** power for r, power in zip(ends, powers, strict=True)) for i in (0, 1))
+        least, most = sorted((first.nominal * low / _ROUNDED, first.nominal * high * _ROUNDED))
+        of = tuple(factors), tuple(powers)
+        return cls(first.name, first.written, first.unit, first.nominal, least, most, (), *of)
+
+    def named(self, value: float) -> dict[str, float]:
+        """Return factors whose product is that of the first at a value: all have gone the same part of their ways."""
+        low, value, high = sorted((self.low / self.nominal, value / self.nominal, self.high / self.nominal))
+        part = math.log(value / low) / math.log(high / low)
+        ends = map(_ends, self.factors, self.powers)
+        return {
+            r.written: r.nominal * a ** (1.0 - part) * b**part for r, (a, b) in zip(self.factors, ends, strict=True)
+        }
+
+
+def _ends(of: Range, power: float) -> tuple[float, float]:
+    """Return the ends of a range in units of what is nominal, that first at which a power of it is least."""
+    low, high = sorted((of.low / of.nominal, of.high / of.nominal), reverse=power < 0.0)
+    return low, high
 
 
 @dataclass(frozen=True)
@@ -42,6 +78,17 @@ class Coordinates:
         inverse, names = (False,) * len(places), frozenset(r.name for r in places)
         return replace(self, ranges=(*self.ranges, *places), inverse=(*self.inverse, *inverse), places=names)
 
+    def merged(self, product: "ProductRange", places: Sequence[int]) -> "Coordinates":
+        """Return the coordinates with a product in the place of its first factor, and without the others."""
+        kept = [place for place in range(len(self.ranges)) if place not in places[1:]]
+        ranges = [product if place == places[0] else self.ranges[place] for place in kept]
+        return replace(self, ranges=tuple(ranges), inverse=tuple(self.inverse[place] for place in kept))
+
+    @property
+    def tolerances(self) -> tuple[Range, ...]:
+        """The ranges of all parameters and places, those of the factors of a product one by one."""
+        return tuple(one for r in self.ranges for one in (r.factors if isinstance(r, ProductRange) else (r,)))
+
     def box(self) -> Sides:
         """Return the ends of each coordinate."""
         ends = (
@@ -52,7 +99,7 @@ class Coordinates:
     def as_data(self) -> list[dict[str, Any]]:
         """Return the coordinates as plain data, for certificates."""
         return [
-            {"name": r.written, "unit": r.unit, "inverse": inverse, "low": low, "high": high}
+            {"name": r.written, "unit": r.unit, "inverse": inverse, "low": low, "high": high, **_product(r)}
             for r, inverse, (low, high) in zip(self.ranges, self.inverse, self.box(), strict=True)
         ]
 
@@ -79,8 +126,11 @@ class Coordinates:
 
     def named(self, values: Sequence[float]) -> dict[str, float]:
         """Return numbers of parameters by their written names, at numbers of the coordinates."""
-        pairs = zip(self.ranges, self.inverse, values, strict=False)
-        return {r.written: 1.0 / value if turned else value for r, turned, value in pairs}
+        named = dict[str, float]()
+        for r, turned, value in zip(self.ranges, self.inverse, values, strict=False):
+            own = 1.0 / value if turned else value
+            named |= r.named(own) if isinstance(r, ProductRange) else {r.written: own}
+        return named
 
     def turned(self, place: int) -> "Coordinates":
         """Return the same ranges with one coordinate inverted, if it is a parameter and zero is not in its range."""
@@ -126,6 +176,17 @@ def _is_number(adjustable: Adjustable, name: str) -> bool:
         return True
     block, _, parameter = name.rpartition(".")
     return block in adjustable.flat.blocks and parameter in type(adjustable.flat.blocks[block]).parameters
+
+
+def _product(of: Range) -> dict[str, Any]:
+    """Return the factors of a product as plain data."""
+    if not isinstance(of, ProductRange):
+        return {}
+    factors = [
+        {"name": r.written, "unit": r.unit, "low": r.low, "high": r.high, "nominal": r.nominal, "power": power}
+        for r, power in zip(of.factors, of.powers, strict=True)
+    ]
+    return {"nominal": of.nominal, "product": factors}
 
 
 def _turned(wanted: Range) -> tuple[float, float]:

@@ -30,6 +30,7 @@ from proofmass.runner.design.proof.constants_and_rates import change_rates, with
 from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of, provable
 from proofmass.runner.design.proof.digital_proof import DigitalProof, DigitalProofs
 from proofmass.runner.design.proof.least_found import Sensors
+from proofmass.runner.design.proof.products import with_products
 from proofmass.runner.design.proof.rest_maps import TIME_IS_UP
 from proofmass.runner.design.proof.search import Searched
 from proofmass.runner.design.proof.wanted import RestRuns, Subject, about_loops, about_margin, about_outputs
@@ -284,7 +285,9 @@ class _Proving:
                 yield from (_open(claim, error) for claim in wanted)
                 left -= len(wanted)
                 continue
-            straight = _straight(starting, self.coordinates.beside([] if rest is None else rest.ranges))
+            coordinates = self.coordinates.beside([] if rest is None else rest.ranges)
+            stays = rest is None and not (self.rates or any(one.any_change or one.row.of_output for one in wanted))
+            straight = _straight(starting, with_products(starting, coordinates) if stays else coordinates)
             maps = BoxMaps(starting, straight.parameters)
             period, at_rest, orbit = starting.period, rest is not None, 0.0 if rest is None else rest.orbit
             changes = straight.changes(self.rates, period or 1.0)  # in continuous time in a second

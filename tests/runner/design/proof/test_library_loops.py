@@ -36,6 +36,18 @@ def test_the_fluxgate_at_the_tolerances_of_its_study() -> None:
 
 
 @pytest.mark.exhaustive
+def test_the_accelerometer_with_eight_parameters_within_ten_per_cent() -> None:
+    """Five of them are gains in a row, with a reference below: the worst that is found has 26.42 dB and 78.5 deg."""
+    gains = ["pickoff.gain", "resistor.gain", "torquer.gain", "adc.reference", "reference.offset"]
+    within = [*gains, "pendulum.inertia", "pendulum.damping", "pendulum.stiffness"]
+    graph = read_graph("library:closed_loop_accelerometer")
+    tolerances = dict.fromkeys(within, "10 %")
+    found = prove(graph, tolerances=tolerances, gain_margin="26 dB", phase_margin="77 deg", seconds=600)
+    assert max(len(one.searched.leaves) for one in found.proofs) < 200
+    no_sensor_has_less(found, "main", 26.0, 77.0)
+
+
+@pytest.mark.exhaustive
 def test_a_part_of_the_tolerances_of_the_seismometer() -> None:
     """A period of 20 ticks of a loop of 10 states, among them a frame with a light mode of 564 Hz."""
     tolerances = {"frame.stiffness": "0.5 %", "frame.damping": "60 %", "pickoff.gain": "15 %"}
