@@ -22,18 +22,18 @@ from proofmass.runner.design.worst.ranges import Range
 def with_products(loop: Starting, coordinates: Coordinates) -> Coordinates:
     """Return coordinates in which parameters that act on a loop at the start of a run as one product are one."""
     with enclosing():
-        degrees = {place: _degree(loop, coordinates, r, place) for place, r in enumerate(coordinates.ranges)}
+        degrees = {place: degree_in(loop, coordinates, r, place) for place, r in enumerate(coordinates.ranges)}
         acting = {place: degree for place, degree in degrees.items() if degree}
         for first in sorted(acting, key=lambda place: acting[place] < 0):
             ordered = [first, *(place for place in acting if place != first)]
             powers = [float(acting[place] / acting[first]) for place in ordered]
             product = ProductRange.of([coordinates.ranges[place] for place in ordered], powers)  # which goes further
-            if len(ordered) > 1 and _degree(loop, coordinates, product, first) == acting[first]:
+            if len(ordered) > 1 and degree_in(loop, coordinates, product, first) == acting[first]:
                 return coordinates.merged(product, ordered)
     return coordinates
 
 
-def _degree(loop: Starting, coordinates: Coordinates, wanted: Range, place: int) -> Fraction | None:
+def degree_in(loop: Starting, coordinates: Coordinates, wanted: Range, place: int) -> Fraction | None:
     """Return the degree of a loop in a parameter within a range; None if it has none there, or is not known."""
     low, nominal, high = wanted.low, wanted.nominal, wanted.high
     if not (low <= nominal <= high and low < high and low * high > 0.0):

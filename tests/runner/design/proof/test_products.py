@@ -5,19 +5,28 @@ An integrator of gain g T is stable for 0 < g T < 2: its gain margin is 2 / (g T
 
 import json
 import math
+import random
+from fractions import Fraction
 from typing import Any
 
 import pytest
 
-from proofmass import blocks, prove
+from proofmass import blocks, margins, prove, read_graph
 from proofmass.blocks.arithmetic.elementary import exponential
 from proofmass.blocks.declaration.declare import Block, Input, param
+from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.build import Graph
-from proofmass.runner.design.proof.coordinates import ProductRange
-from proofmass.runner.design.proof.prove import Proofs
+from proofmass.runner.derivatives.ball import enclosing
+from proofmass.runner.design.proof.coordinates import ProductRange, coordinates_of
+from proofmass.runner.design.proof.products import degree_in
+from proofmass.runner.design.proof.prove import Proofs, prove_margin
+from proofmass.runner.design.proof.wanted import about_margin
+from proofmass.runner.design.worst.box import box_of
+from proofmass.runner.planning.plan import plan
 from proofmass.runner.verification.certificates import certificate
 from proofmass.runner.verification.proof_checker import FalseCertificateError, check_certificate, digest_of
+from tests.by_hand.amounts import chosen
 from tests.runner.design.proof.test_prove import INTEGRATING, status
 
 TOLERANCES = {"gain.gain": "30 %", "plant.gain": [0.8, 1.5], "hold.gain": "20 %"}
@@ -177,17 +186,82 @@ def test_an_own_block_is_in_a_product_only_where_it_multiplies(law: int, most: f
         loops={"main": {"open_at": "back.output"}},
     )
     limit = 20.0 * math.log10(2.0 / (most * 1.5 * 1e-3))
+    within = {"own.gain": "20 %", "plant.gain": "50 %"}
     for off, expected in ((-0.1, "proved"), (0.1, "refuted")):
-        found = prove(
-            graph,
-            tolerances={"own.gain": "20 %", "plant.gain": "50 %"},
-            gain_margin=f"{limit + off} dB",
-            phase_margin="1 deg",
-        )
-        assert status(found)[:2] == ["proved", expected]
-        known = found.proofs[0].coordinates
-        assert known is not None
-        products = [one for one in known.ranges if isinstance(one, ProductRange)]
-        assert [dict(zip((one.written for one in each.factors), each.powers, strict=True)) for each in products] == (
+        found = prove_margin(graph, "main", "gain margin", limit + off, within)
+        assert found.status == expected
+        assert found.coordinates is not None
+        joined = [one for one in found.coordinates.ranges if isinstance(one, ProductRange)]
+        assert [dict(zip((one.written for one in each.factors), each.powers, strict=True)) for each in joined] == (
             [powers] if powers else []
         )
+
+
+def degrees(graph: Graph, loop: str) -> dict[str, Fraction]:
+    """The degree of a loop at the start of a run in each parameter that has one, one by one within 5 %."""
+    planned, found = plan(graph), dict[str, Fraction]()
+    begin, _ = about_margin(planned, loop, "0 s", "gain margin", 6.0)
+    starting = begin(None)
+    for name, block in graph.blocks.items():
+        for parameter, declared in type(block).parameters.items():
+            value = getattr(block, parameter)
+            if declared.kind is not float or not value or not math.isfinite(value):
+                continue
+            name_of = f"{name}.{parameter}"
+            try:
+                coordinates = coordinates_of(planned, box_of(graph, {name_of: "5 %"}).ranges)
+            except ModelError:  # which follows a formula, or a wire
+                continue
+            with enclosing():
+                degree = degree_in(starting, coordinates, coordinates.ranges[0], 0)
+            if degree is not None:
+                found[name_of] = degree
+    return found
+
+
+def nominal_of(graph: Graph, name: str) -> float:
+    block, _, parameter = name.partition(".")
+    return float(getattr(graph.blocks[block], parameter))
+
+
+@pytest.mark.parametrize(
+    "case",
+    chosen(
+        [
+            ("averaged_loop", "main", {"plant.gain": 1}),
+            (
+                "closed_loop_accelerometer",
+                "main",
+                {"adc.reference": -1, "pickoff.gain": 1, "reference.offset": 1, "resistor.gain": 1, "torquer.gain": 1},
+            ),
+        ],
+        [
+            (
+                "force_balance_seismometer",
+                "balance",
+                {"adc.reference": -1, "coil.gain": 1, "dac.reference": 1, "pickoff.gain": 1},
+            ),
+            ("quartz_recalibration", "main", {"k_d.initial": 1, "n_vref.initial": 1, "spacing.value": -1}),
+        ],
+    ),
+)
+def test_a_loop_of_the_library_is_the_same_where_its_product_is(case: tuple[str, str, dict[str, int]]) -> None:
+    """Margins of polynomials, for sensors whose gains make up for each other, and for others that do not count."""
+    name, loop, gains = case
+    graph, draw = read_graph(f"library:{name}"), random.Random(3)
+    found = degrees(graph, loop)
+    assert {name_of: degree for name_of, degree in found.items() if degree} == gains
+    nominal: Any = margins(graph, loop, at="0 s")
+    for _ in range(3):
+        sensor, left = dict[str, float](), 1.0
+        for name_of, degree in gains.items():
+            part = draw.uniform(0.96, 1.04)
+            sensor[name_of], left = part, left * part**degree
+        last = next(iter(gains))
+        sensor[last] *= left ** -gains[last]
+        idle = draw.choice([name_of for name_of, degree in found.items() if not degree])
+        sensor[idle] = draw.uniform(0.96, 1.04)
+        values = {name_of: part * nominal_of(graph, name_of) for name_of, part in sensor.items()}
+        figures: Any = margins(graph.with_parameters(values), loop, at="0 s")
+        assert figures.least_gain_margin == pytest.approx(nominal.least_gain_margin, rel=1e-9)
+        assert figures.phase_margin == pytest.approx(nominal.phase_margin, rel=1e-9)
