@@ -24,6 +24,7 @@ from proofmass.runner.design.proof.prove import Proofs, prove_margin
 from proofmass.runner.design.proof.wanted import about_margin
 from proofmass.runner.design.worst.box import box_of
 from proofmass.runner.planning.plan import plan
+from proofmass.runner.verification.box_checker import named_side
 from proofmass.runner.verification.certificates import certificate
 from proofmass.runner.verification.proof_checker import FalseCertificateError, check_certificate, digest_of
 from tests.by_hand.amounts import chosen
@@ -117,6 +118,19 @@ def test_a_certificate_of_more_than_was_proved_of_a_product_is_refused(
         check_certificate(forged(certificate(proved), *change))
 
 
+@pytest.mark.parametrize(("low", "high", "whole"), [(0.499, 2.001, True), (0.501, 2.001, False), (0.499, 1.999, False)])
+def test_a_coordinate_may_be_one_divided_by_a_product(low: float, high: float, whole: bool) -> None:
+    """2 a / b with a from 0.5 to 1, nominally 1, and b from 4 to 8, nominally 4: from 0.5 to 2."""
+    factors = [
+        {"name": "a", "low": 0.5, "high": 1.0, "nominal": 1.0, "power": 1.0},
+        {"name": "b", "low": 4.0, "high": 8.0, "nominal": 4.0, "power": -1.0},
+    ]
+    side = {"name": "a", "inverse": False, "low": low, "high": high, "nominal": 2.0, "product": factors}
+    assert named_side(side) == ("a from 0.5 to 1, b from 4 to 8", whole)
+    inverse = {**side, "inverse": True, "low": 1.0 / high, "high": 1.0 / low}
+    assert named_side(inverse)[1] is whole
+
+
 @pytest.mark.parametrize("key", ["any_change", "at_rest"])
 def test_a_product_of_parameters_that_move_is_refused(proved: Proofs, key: str) -> None:
     """From period to period the units of the states would have to change."""
@@ -145,7 +159,7 @@ class Own(Block):
 @Own.output("1")
 def amplified(p: Any, input: float) -> float:
     """What comes out."""
-    gain = p.gain
+    gain: float = p.gain
     if p.law == 1:
         gain = 1e4 / p.gain
     if p.law == 2:
