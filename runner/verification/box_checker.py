@@ -1,4 +1,4 @@
-"""Checks of boxes of a certificate: that leaves cover all of one, and sides that are products all of these."""
+"""Checks of boxes of a certificate: that leaves cover all of one, and a side all of a product."""
 
 from collections.abc import Mapping, Sequence
 from decimal import Decimal

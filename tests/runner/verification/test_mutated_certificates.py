@@ -1,8 +1,8 @@
 """Certificates of integrators with any number changed: what the checker takes of them is true by closed forms.
 
-What encloses the graph is taken for granted: the loops of a certificate stay as they are, whether they have rates, which
-parameters they depend on, and which product of these. All else may be another number, kind or factor, with a hash that
-is right. The formulas are those of `test_other_claims` and of `test_continuous_loops`.
+What encloses the graph is taken for granted: the loops of a certificate stay as they are, whether they have rates, and
+which parameters they depend on, as a product too. All else may be another number, kind or factor, with a hash that is
+right. The formulas are those of `test_other_claims` and of `test_continuous_loops`.
 """
 
 import json
