@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import Problem, did_you_mean, shown
-from proofmass.blocks.declaration.unit_expressions import UnitError
+from proofmass.blocks.declaration.unit_expressions import UnitError, is_unit
 from proofmass.blocks.declaration.units import convert_exactly, same_dimension
 from proofmass.graphs.model.flatten import FlatGraph
 
@@ -24,6 +24,14 @@ LATEST_START = 1e8  # seconds, three years: a recording that begins later is sta
 KEPT_NUMBERS = 1 << 24  # numbers of CSV recordings that a process keeps, over all blocks and plans
 
 _HEAD = re.compile(r"(?P<name>.*?)(?:\s+\[(?P<unit>[^][]*)\]|\[(?P<tight>[^][]*[^][0-9][^][]*)\])")
+
+_ROUND_HEAD = re.compile(r"(?P<name>.*?)\s+\((?P<unit>.*[^0-9].*)\)")  # a number tells columns apart
+
+# What netCDF puts where nothing was written, unless a variable says; bytes have no such value.
+_UNWRITTEN = {
+    "f4": 15.0 * 2.0**119, "f8": 15.0 * 2.0**119,
+    "i2": 1 - 2**15, "i4": 1 - 2**31, "i8": 2 - 2**63, "u2": 2**16 - 1, "u4": 2**32 - 1, "u8": 2**64 - 2,
+}  # fmt: skip
 
 
 class Column(NamedTuple):
@@ -49,7 +57,7 @@ class RecordingError(ValueError):
 def read_recordings(graph: FlatGraph, name: str) -> dict[str, tuple[float, ...]]:
     """The recorded buffers of a block, by name; empty for a block that plays no recording.
 
-    The first column is time. A unit stands in brackets after the name of a CSV or Parquet column,
+    The first column is time. A unit stands in brackets, [V] or (V), after the name of a CSV or Parquet column,
     and in the attribute `units` of a netCDF variable. Numbers without a unit are in the unit of the
     block.
     """
@@ -257,6 +265,8 @@ def _unpacked(name: str, variable: _Variable) -> Column:
     held, attributes = variable
     given = [np.ravel(attributes[key]) for key in ("_FillValue", "missing_value") if key in attributes]
     missing = {float(value) for values in given for value in values}
+    if "_FillValue" not in attributes:
+        missing |= {_UNWRITTEN[kind] for kind in [held[:0].dtype.str[1:]] if kind in _UNWRITTEN}
     limits = [attributes.get("valid_min", -math.inf), attributes.get("valid_max", math.inf)]
     low, *_, high = map(float, np.ravel(attributes.get("valid_range", limits)))  # of what is stored, not scaled
     unsigned = str(attributes.get("_Unsigned", "")).lower() == "true"  # integers of a format that has signed ones alone
@@ -337,9 +347,12 @@ def _ascending(times: Sequence[float]) -> None:
 
 
 def split_unit(head: str) -> tuple[str, str]:
-    """Name and unit of a head such as `rate [deg/s]`; in `sums[3]` it is an entry's number."""
+    """Name and unit of a head such as `rate [deg/s]` or `rate (deg/s)`; in `sums[3]` it is an entry's number."""
     found = _HEAD.fullmatch(head.strip())
-    return (found["name"], (found["unit"] or found["tight"] or "").strip()) if found else (head.strip(), "")
+    if found:
+        return found["name"], (found["unit"] or found["tight"] or "").strip()
+    found = _ROUND_HEAD.fullmatch(head.strip())
+    return (found["name"], found["unit"].strip()) if found and is_unit(found["unit"].strip()) else (head.strip(), "")
 
 
 def _number(cell: str) -> float | None:

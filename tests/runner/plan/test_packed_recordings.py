@@ -1,11 +1,13 @@
 """Variables of netCDF that are packed into small numbers."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.io import netcdf_file
 
-from proofmass.runner.plan.recording import RecordingError, _unpacked, _Variable
+from proofmass.runner.plan.recording import RecordingError, _unpacked, _Variable, read_columns
 
 
 @pytest.mark.parametrize(
@@ -72,3 +74,52 @@ def test_values_beyond_the_limits_of_a_variable_are_missing(limits: dict[str, An
         return
     with pytest.raises(RecordingError, match=f"holds nan in row {row}"):
         _unpacked("force", variable)
+
+
+FILLED = 15.0 * 2.0**119  # 9.969209968386869e36
+
+
+@pytest.mark.defect(
+    "S907", before="what a netCDF library puts where nothing was written was played", after="is missing"
+)
+@pytest.mark.parametrize(
+    ("kind", "filled"),
+    [
+        (">f8", FILLED),
+        ("<f4", FILLED),
+        (">i2", -32767),
+        ("<i4", -2147483647),
+        ("<i8", -9223372036854775806),
+        ("<u2", 65535),
+        ("<u8", 18446744073709551614),
+    ],
+)
+def test_values_that_nobody_wrote_are_missing(kind: str, filled: float) -> None:
+    """`NC_FILL` of netcdf.h: values of a variable that does not say its own, but for bytes."""
+    held = np.array([1, filled, 3], kind)
+    with pytest.raises(RecordingError, match="holds nan in row 2"):
+        _unpacked("force", _Variable(held, {}))
+    own = {"_FillValue": np.array(7, kind)}
+    assert _unpacked("force", _Variable(held, own)).values.tolist() == [1.0, float(held[1]), 3.0]
+
+
+def test_a_byte_has_no_value_that_nobody_wrote() -> None:
+    held = np.array([1, -127, 3], np.int8)
+    assert _unpacked("force", _Variable(held, {})).values.tolist() == [1.0, -127.0, 3.0]
+
+
+@pytest.mark.parametrize("written", [[0], [0, 1, 2]])
+def test_a_classic_file_that_was_not_filled_is_refused(written: list[int], tmp_path: Path) -> None:
+    path = tmp_path / "half.nc"
+    with netcdf_file(path, "w") as file:
+        file.createDimension("time", 3)
+        for name, value in (("time", 1.0), ("level", 2.0)):
+            variable = file.createVariable(name, "d", ("time",))
+            variable[:] = FILLED
+            for row in range(3) if name == "time" else written:
+                variable[row] = value + row
+    if len(written) == 3:
+        assert read_columns(path, lambda names: (0, 1))[1].values.tolist() == [2.0, 3.0, 4.0]
+        return
+    with pytest.raises(RecordingError, match="column level holds nan in row 2"):
+        read_columns(path, lambda names: (0, 1))

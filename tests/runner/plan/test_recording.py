@@ -19,7 +19,7 @@ from proofmass.graphs.files.library import library_file
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Place
-from proofmass.runner.plan.recording import RecordingError, read_columns, read_recordings
+from proofmass.runner.plan.recording import RecordingError, read_columns, read_recordings, split_unit
 
 
 def read(path: Path, column: str = "", unit: str = "m/s^2") -> tuple[list[float], list[float]]:
@@ -363,3 +363,30 @@ def test_values_that_stand_for_nothing_are_none(attribute: str, tmp_path: Path) 
     }
     with pytest.raises(RecordingError, match="column level holds nan in row 2"):
         read_columns(netcdf_file(tmp_path, variables), lambda names: (0, 1))
+
+
+@pytest.mark.defect(
+    "S908", before="millivolts of a head `level (mV)` were taken for volts", after="as those of `level [mV]`"
+)
+def test_a_unit_may_stand_in_round_brackets(tmp_path: Path) -> None:
+    assert read(csv_file(tmp_path, "time (ms),level (mV)\n0,1\n250,2\n"), "level", "V") == ([0.0, 0.25], [0.001, 0.002])
+    assert problem_of(csv_file(tmp_path, "time,level (mV)\n0,1\n1,2\n"), unit="N").message == (
+        "column level is in mV, not in N"
+    )
+
+
+@pytest.mark.parametrize(
+    ("head", "parts"),
+    [
+        ("rate (deg/s)", ("rate", "deg/s")),
+        ("rate of turn ( deg/s )", ("rate of turn", "deg/s")),
+        ("rate (1/s)", ("rate", "1/s")),
+        ("rate (2)", ("rate (2)", "")),
+        ("rate (raw)", ("rate (raw)", "")),
+        ("f(s)", ("f(s)", "")),
+        ("rate (raw) [deg/s]", ("rate (raw)", "deg/s")),
+        ("(s)", ("(s)", "")),
+    ],
+)
+def test_round_brackets_hold_a_unit_or_a_part_of_the_name(head: str, parts: tuple[str, str]) -> None:
+    assert split_unit(head) == parts
