@@ -18,7 +18,7 @@ GRAPH, RUN, OF_STUDY = "graph", "run", "study"
 _VERDICTS = {
     GRAPH: ("they mean the same", "they differ"),
     RUN: ("traces, measures and margins are the same", "traces, measures or margins differ"),
-    OF_STUDY: ("no mean and no yield moved", "means or yields moved"),
+    OF_STUDY: ("no mean and no yield moved", "means or yields moved, or one sensor alone differs"),
 }
 
 

@@ -66,11 +66,17 @@ class StudyComparison:
     means: tuple[MeanChange, ...]
     yields: tuple[YieldChange, ...]
     units: tuple[GraphDifference, ...] = ()  # of measures whose values are not compared
+    alone: tuple[str, ...] = ()  # measures that differ, of too few sensors to tell what moved
 
     @property
     def same(self) -> bool:
-        """Return whether nothing moved, and no measure is now in another unit."""
-        return not (self.units or any(mean.moved for mean in self.means) or any(part.moved for part in self.yields))
+        """Return whether nothing moved, and no measure is in another unit, or of one sensor alone and another value."""
+        return not (
+            self.units
+            or self.alone
+            or any(mean.moved for mean in self.means)
+            or any(part.moved for part in self.yields)
+        )
 
     def as_data(self) -> dict[str, Any]:
         """Return the comparison as plain data."""
@@ -80,6 +86,7 @@ class StudyComparison:
             "differences": [difference.as_data() for difference in self.differences],
             "means": [_finite(asdict(change)) for change in self.means],
             "yields": [asdict(change) for change in self.yields],
+            "alone": list(self.alone),
         }
 
 
@@ -89,13 +96,17 @@ def compare_studies(before: StudyResult, after: StudyResult) -> StudyComparison:
     units = tuple(changed_entries("unit of ", *({m.name: m.unit for m in each.measures} for each in (before, after))))
     units = tuple(unit for unit in units if unit.before and unit.after)
     paired = _same_sensors(before.study, after.study)
-    means, yields = list[MeanChange](), list[YieldChange]()
+    means, yields, alone = list[MeanChange](), list[YieldChange](), list[str]()
     for point, first, second in _points(before, after):
         places: tuple[Any, Any] = (slice(None), slice(None))
         if paired:
             sensors = (part.numbers // part.study.points for part in (first, second))
             _, *places = np.intersect1d(*sensors, assume_unique=True, return_indices=True)  # type: ignore[call-overload]
-        means += _means(point, first, second, places, paired=paired)
+        for name, unit, age, values in _columns(first, second, places, paired=paired):
+            if min(map(len, values)) > 1:
+                means.append(_mean_change((point, name, unit, age), *values, paired=paired))
+            elif min(map(len, values)) == 1 and not np.array_equal(values[0], values[1]):
+                alone.append(" ".join(filter(None, (name, point))))
         yields += _yields(point, first, second, places, paired=paired)
         yields += _with_values(point, first, second, places, paired=paired)
     adjusted = iter(_holm([*(mean.probability for mean in means), *(part.probability for part in yields)]))
@@ -105,6 +116,7 @@ def compare_studies(before: StudyResult, after: StudyResult) -> StudyComparison:
         tuple(replace(mean, probability=(p := next(adjusted)), moved=p < 1.0 - LEVEL) for mean in means),
         tuple(replace(part, probability=(p := next(adjusted)), moved=p < 1.0 - LEVEL) for part in yields),
         units,
+        tuple(dict.fromkeys(alone)),
     )
 
 
@@ -152,9 +164,10 @@ def _key(study: Study, point: int) -> tuple[Any, ...]:
     return (*sorted(study.point(point).items()), study.recalibrated_every(point))
 
 
-def _means(
-    point: str, before: StudyResult, after: StudyResult, places: tuple[Any, Any], *, paired: bool
-) -> Iterator[MeanChange]:
+def _columns(
+    before: StudyResult, after: StudyResult, places: tuple[Any, Any], *, paired: bool
+) -> Iterator[tuple[str, str, float, list[AnyArray]]]:
+    """Yield each measure at each age that both studies have, with its unit and its values of both."""
     units, units_after = ({measure.name: measure.unit for measure in part.measures} for part in (before, after))
     ages = [age for age in before.study.epochs if age in after.study.epochs]
     for name in (name for name in before.values if units_after.get(name) == units[name]):
@@ -163,13 +176,10 @@ def _means(
                 result[name][place, result.study.epochs.index(age)]
                 for result, place in zip((before, after), places, strict=True)
             ]
+            sound = [np.isfinite(column) for column in values]
             if paired:
-                sound = np.isfinite(values[0]) & np.isfinite(values[1])
-                values = [column[sound] for column in values]
-            else:
-                values = [column[np.isfinite(column)] for column in values]
-            if min(map(len, values)) > 1:
-                yield _mean_change((point, name, units[name], age), *values, paired=paired)
+                sound = [sound[0] & sound[1]] * 2
+            yield name, units[name], age, [column[of] for column, of in zip(values, sound, strict=True)]
 
 
 def _mean_change(place: tuple[str, str, str, float], first: AnyArray, second: AnyArray, *, paired: bool) -> MeanChange:

@@ -75,6 +75,7 @@ def study_tables(comparison: StudyComparison) -> list[Table]:
             tuple(map(_yield, comparison.yields)),
             (0, 1, 6),
         ),
+        Table("of one sensor alone, which differ", ("measure",), tuple((one,) for one in comparison.alone), (0,)),
     ]
 
 

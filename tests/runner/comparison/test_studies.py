@@ -225,3 +225,22 @@ def test_measures_in_other_units_have_no_common_mean() -> None:
     assert [change.measure for change in found.means] == ["input"]
     assert [(d.key, d.before, d.after) for d in found.differences] == [("unit of output", "1", "mV")]
     assert not found.same
+
+
+@pytest.mark.defect(
+    "S909", before="studies of one sensor each compared nothing, and nothing had moved", after="it is named"
+)
+@pytest.mark.parametrize(("gain", "seed", "same"), [(1.0, 1, True), (2.0, 1, False), (1.0, 2, False)])
+def test_one_sensor_alone_has_moved_if_it_differs(gain: float, seed: int, same: bool) -> None:
+    """How far sensors scatter is not known of one: no difference of it can be called small."""
+    compared = compare_studies(outcome(runs=1), outcome(gain, seed=seed, runs=1))
+    assert compared.same is same
+    assert bool(compared.alone) is not same
+    assert compared.as_data()["alone"] == [*compared.alone]
+    assert not compared.means
+
+
+def test_one_sensor_beside_many_is_named() -> None:
+    compared = compare_studies(outcome(runs=1), outcome(seed=2, runs=20))
+    assert compared.alone == tuple(outcome(runs=1).values)
+    assert not compared.same

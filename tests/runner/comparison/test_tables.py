@@ -7,6 +7,6 @@ WORDS = {"point", "measure", "limit", "unit", ""}
 
 
 def test_columns_of_words_are_aligned_left() -> None:
-    _, means, yields = study_tables(StudyComparison((), True, (), ()))
+    _, means, yields, _ = study_tables(StudyComparison((), True, (), ()))
     for table in (means, yields):
         assert {table.heads[place] for place in table.left} == WORDS & {*table.heads}
