@@ -76,9 +76,9 @@ class Ball:
         low, high = float(self.arb.lower()), float(self.arb.upper())
         return math.nextafter(low, -math.inf), math.nextafter(high, math.inf)
 
-    def alike(self, value: Any) -> "Ball":
-        """Return a value that was computed from this ball, one of Arb's, as a ball."""
-        return Ball(value)
+    def followed_by(self, function: "Ball") -> "Ball":
+        """Return a function of this ball as what it is: a ball that follows no factor."""
+        return function
 
     def widened(self) -> "Ball":
         """Return the ball with the last places of each value as a further radius."""
@@ -287,7 +287,7 @@ def of_balls(function: Callable[..., Any], *numbers: Any) -> Any:
         raise UndecidedError(f"{function.__name__} of numbers that it has no value for")
     found: Ball = Ball(value).widened()
     for number in numbers:
-        found = number.alike(found.arb) if isinstance(number, Ball) else found
+        found = number.followed_by(found) if isinstance(number, Ball) else found
     return found
 
 

@@ -46,9 +46,9 @@ class Homogeneous(Ball):
     def __repr__(self) -> str:
         return f"Homogeneous({Ball(self.part)!r}, {self.degree})"
 
-    def alike(self, value: Any) -> Ball:
-        """Return what a function of it is, of such a value."""
-        return self.of(value, None)
+    def followed_by(self, function: Ball) -> Ball:
+        """Return a function of this number as what it is: a ball without a degree."""
+        return self.of(function.arb, None)
 
     def widened(self) -> Ball:
         """Return the number with the last places of each value as a further radius."""
@@ -132,7 +132,7 @@ def homogeneous_exponential(rows: Sequence[Sequence[Any]], period: float) -> lis
     known = _degrees(square, len(square))
     some = next(value for row in rows for value in row if isinstance(value, Homogeneous))
     if known is None:
-        return [[some.alike(value.arb) for value in row] for row in ball_exponential(rows, period)]
+        return [[some.followed_by(value) for value in row] for row in ball_exponential(rows, period)]
     degrees, _ = known
     parts = ball_exponential([[Ball(_part(value)) for value in row] for row in rows], period)
     return [[some.of(value.arb, degrees[i] - degrees[j]) for j, value in enumerate(row)] for i, row in enumerate(parts)]

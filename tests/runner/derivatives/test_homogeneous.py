@@ -10,7 +10,7 @@ import pytest
 import scipy.linalg
 
 from proofmass.blocks.arithmetic import elementary
-from proofmass.runner.derivatives.ball import Ball, UndecidedError, arb_of, ball, enclosing
+from proofmass.runner.derivatives.ball import Ball, UndecidedError, arb_of, ball, enclosing, of_balls
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.derivatives.homogeneous import (
     Homogeneous,
@@ -74,6 +74,17 @@ def test_a_degree_is_that_of_the_factor_and_what_is_enclosed_is_there(
             if degree is not None:
                 part = found.part if isinstance(found, Homogeneous) else found.arb
                 assert float(part.mid()) * s**degree == pytest.approx(truth, rel=1e-12)
+
+
+@pytest.mark.parametrize("places", [(0, 1), (1, 0)])
+@pytest.mark.parametrize("function", [elementary.arctangent2, elementary.power])
+def test_a_function_of_two_numbers_has_no_degree_if_one_of_them_has(
+    function: Callable[..., Any], places: tuple[int, int]
+) -> None:
+    numbers = X, Ball(flint.arb(2))
+    with enclosing():
+        assert degree_of(of_balls(function, *(numbers[place] for place in places))) is None
+        assert degree_of(of_balls(function, numbers[1], numbers[1])) == 0
 
 
 def test_zero_has_every_degree() -> None:
