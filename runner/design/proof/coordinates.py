@@ -51,10 +51,9 @@ class ProductRange(Range):
         """Return factors whose product is that of the first at a value: all have gone the same part of their ways."""
         low, value, high = sorted((self.low / self.nominal, value / self.nominal, self.high / self.nominal))
         part = math.log(value / low) / math.log(high / low)
-        ends = map(_ends, self.factors, self.powers)
-        return {
-            r.written: r.nominal * a ** (1.0 - part) * b**part for r, (a, b) in zip(self.factors, ends, strict=True)
-        }
+        ends = zip(self.factors, map(_ends, self.factors, self.powers), strict=True)
+        values = {r: r.nominal * a ** (1.0 - part) * b**part for r, (a, b) in ends}
+        return {r.written: min(max(value, r.low), r.high) for r, value in values.items()}
 
 
 def _ends(of: Range, power: float) -> tuple[float, float]:
