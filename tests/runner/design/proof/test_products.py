@@ -28,6 +28,7 @@ from proofmass.runner.verification.box_checker import named_side
 from proofmass.runner.verification.certificates import certificate
 from proofmass.runner.verification.proof_checker import FalseCertificateError, check_certificate, digest_of
 from tests.by_hand.amounts import chosen
+from tests.runner.design.proof.test_continuous_loops import INTEGRATOR
 from tests.runner.design.proof.test_prove import INTEGRATING, status
 
 TOLERANCES = {"gain.gain": "30 %", "plant.gain": [0.8, 1.5], "hold.gain": "20 %"}
@@ -279,3 +280,15 @@ def test_a_loop_of_the_library_is_the_same_where_its_product_is(case: tuple[str,
         figures: Any = margins(graph.with_parameters(values), loop, at="0 s")
         assert figures.least_gain_margin == pytest.approx(nominal.least_gain_margin, rel=1e-9)
         assert figures.phase_margin == pytest.approx(nominal.phase_margin, rel=1e-9)
+
+
+def test_gains_of_a_loop_in_continuous_time_are_a_product_too() -> None:
+    """k / s decays by k, which is 3 nominally: at least by 2.16."""
+    for limit, expected in ((2.159, "proved"), (2.161, "refuted")):
+        found = prove_margin(
+            read_graph_text(INTEGRATOR), "main", "decay rate", limit, {"plant.gain": "10 %", "back.gain": "20 %"}
+        )
+        assert found.status == expected
+        assert found.claim.continuous
+        assert found.coordinates is not None
+        assert [isinstance(one, ProductRange) for one in found.coordinates.ranges] == [True]
