@@ -127,4 +127,4 @@ def _answers(points: OperatingPoints, request: MarginsRequest) -> dict[str, Marg
     """Margins of the loops; none of a graph without loops where only sensitivities of its outputs are wanted."""
     if request.sensitivity and not request.loop and not points.plan.graph.loops and not find_loops(points.plan):
         return {}
-    return margins_or_reasons(points, request.loop)
+    return margins_or_reasons(points, request.loop, over=True)

@@ -147,9 +147,15 @@ class Course:
     course `like` another whose plan differs in numbers alone.
     """
 
-    def __init__(self, plan: Plan, like: "Course | None" = None, many: bool = False) -> None:
-        """Take a plan, a course that it may share machine code with, and whether `many` courses will be like it."""
+    def __init__(
+        self, plan: Plan, like: "Course | None" = None, many: bool = False, begin: Memory | None = None
+    ) -> None:
+        """Take a plan, a course that it may share machine code with, and whether `many` courses will be like it.
+
+        It begins at tick 0 as the plan does, or with another memory.
+        """
         self.plan = plan.without_noise
+        self._begin = begin
         self.kept: dict[Hashable, Any] = {}  # runs with noise, asked for at several points
         self._run: Forward | None = None
         self._onward = dict[int, Onward]()
@@ -194,7 +200,8 @@ class Course:
 
     def at(self, tick: int, progress: Progress | None = None, of: int = 0) -> Memory:
         """Return the memory at the start of a tick of a run of `of` ticks; raises `ModelError` if the run fails."""
-        return start(self.plan) if tick == 0 else self._reach(tick, progress, of).memory().copy()
+        begin = (self._begin and self._begin.copy()) or start(self.plan)
+        return begin if tick == 0 else self._reach(tick, progress, of).memory().copy()
 
     def numbers(self, entries: tuple[Entry, ...], tick: int, progress: Progress | None = None, of: int = 0) -> Array:
         """Return real numbers that blocks hold at the start of a tick; raises `ModelError` if the run fails."""
@@ -206,7 +213,7 @@ class Course:
 
     def _reach(self, tick: int, progress: Progress | None, of: int) -> Engine:
         if self._run is None or self._run.tick > tick:
-            self._run = self.from_memory(None)
+            self._run = self.from_memory(self._begin)
         self._run.progress = progress
         return self._run.reach(tick, of)
 

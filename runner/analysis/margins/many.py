@@ -41,6 +41,7 @@ from proofmass.runner.analysis.margins.side_by_side import (
     grows,
     kind_of,
     neutral_mode,
+    open_loops,
     responses,
 )
 from proofmass.runner.analysis.margins.stability import attained, margins_or_reasons
@@ -142,7 +143,7 @@ class ManyMargins:
                 return None
         elif self._at == AUTO and point.moves:  # it may leave the start
             return None
-        loop = _loop(system)
+        loop = open_loops(system)
         neutral = neutral_mode(loop) if found.hidden else None
         if period is None or point.others or point.notes or len(found.hidden) != (neutral is not None):
             return None
@@ -161,7 +162,7 @@ class ManyMargins:
         if not period.states and period.ticks == 1 and self._counts(_ends(node).blocks(self._plan)[0]):
             return None  # it may be closed for instants
         of_states = (of.kept([of.states.index(state) for state in there.map.states]) for of in later[:1])
-        loops = _Loops([0], *map(_loop, [there, *map(OpenLoop, of_states), there][:2]))
+        loops = _Loops([0], *map(open_loops, [there, *map(OpenLoop, of_states), there][:2]))
         motion = float(loops.motion[0]) if there.map.starting else 0.0
         period = replace(period, motion=motion if motion >= _MOVES else 0.0)
         return period if loops.start_up(period)[0] else None
@@ -315,12 +316,6 @@ class _Loops:
 
 def _ends(node: Endpoint) -> Ends:
     return Ends((node,), (node,), cut=True)
-
-
-def _loop(system: OpenLoop) -> OpenLoops:
-    """Return a loop with one value of the wire in a period as a row."""
-    a, b, c, d = system.matrices
-    return OpenLoops(a[None], b[None, :, 0], c[None, 0], d[0])
 
 
 def _halves(period: _Period, slopes: TickSlopes) -> tuple[TickSlopes, TickSlopes]:

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.balance import balanced
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR
 from proofmass.runner.host.arrays import Array, Complex, Truths
 
@@ -39,6 +40,12 @@ class OpenLoops(NamedTuple):
     b: Array
     c: Array
     d: Array
+
+
+def open_loops(system: OpenLoop) -> OpenLoops:
+    """Return a loop with one value of the wire in a period as a row."""
+    a, b, c, d = system.matrices
+    return OpenLoops(a[None], b[None, :, 0], c[None, 0], d[0])
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
+from proofmass.runner.analysis.margins.over_phases import OverPhases
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
@@ -46,20 +47,24 @@ def margins(graph: GraphSource, loop: str = "", *, at: At = AUTO) -> Margins:
 
 def all_margins(planned: Plan, loop: str = "", at: At = AUTO) -> dict[str, Margins]:
     """The margins of every loop by name, or of the one that is wanted; raises `ModelError` if one has none."""
-    answers = margins_or_reasons(OperatingPoints(planned, at), loop)
+    answers = margins_or_reasons(OperatingPoints(planned, at), loop, over=True)
     problems = [problem for answer in answers.values() if isinstance(answer, ModelError) for problem in answer.problems]
     if problems:
         raise ModelError(problems)
     return {name: answer for name, answer in answers.items() if isinstance(answer, Margins)}
 
 
-def margins_or_reasons(points: OperatingPoints, loop: str = "") -> dict[str, Margins | ModelError]:
-    """Return the margins of every loop by name, or the one wanted; or why a loop has none."""
-    planned = points.plan
+def margins_or_reasons(points: OperatingPoints, loop: str = "", over: bool = False) -> dict[str, Margins | ModelError]:
+    """Return the margins of every loop by name, or the one wanted; or why a loop has none.
+
+    They have notes on their ranges `over` the phase of an oscillation if so wanted.
+    """
+    planned, phases = points.plan, OverPhases(points)
     answers = dict[str, Margins | ModelError]()
     for name, node in loop_nodes(planned, loop).items():
         try:
-            answers[name] = margins_of(open_loop(points, node), name, ".".join(node))
+            found = margins_of(open_loop(points, node), name, ".".join(node))
+            answers[name] = phases.noted(found, node) if over else found
         except ModelError as error:
             answers[name] = error
     return answers

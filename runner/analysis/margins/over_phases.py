@@ -1,0 +1,155 @@
+"""The margins of loops over the phase to the schedule of an oscillation, where nothing holds it.
+
+A carrier that fits the periods of a loop keeps the phase to them with which its run began. A sensor that is switched on
+a moment later has another one: its loop samples the wave at other places. Runs that begin with the oscillator turned
+on settle alike but for that.
+"""
+
+import math
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.linearisation.ends import Ends
+from proofmass.runner.analysis.linearisation.forward import Course, Onward
+from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints, of_wires
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.orbit import FROZEN, OrbitPoint
+from proofmass.runner.analysis.linearisation.orbit_run import OrbitRun
+from proofmass.runner.analysis.linearisation.rings import Entry, Rings
+from proofmass.runner.analysis.linearisation.seeds import NO_RINGS, at_place, held_in, place_of, put
+from proofmass.runner.analysis.linearisation.settle import settled_tick
+from proofmass.runner.analysis.margins.figures import least_gain_margin
+from proofmass.runner.analysis.margins.margins import Margins, margins_at, ranges
+from proofmass.runner.analysis.margins.side_by_side import amounts, kind_of, neutral_mode, open_loops
+from proofmass.runner.host.arrays import Array
+from proofmass.runner.plan.memory import Memory, start
+
+PHASES = 8  # of a turn
+_ALIKE = 1e-6  # part of L by which it is the same at another phase
+_UNEVEN = 0.2  # of a step from phase to phase, by which one may be off where it is the same that only began later
+_ROUNDED = 1e-9  # part of what makes up a number, by which a whole turn may move it
+
+
+class OverPhases:
+    """Notes on the ranges of margins over phases, of loops whose runs are begun once for all of them."""
+
+    def __init__(self, points: OperatingPoints) -> None:
+        self._points = points
+        self._settled = dict[tuple[Entry, int, int], Memory]()  # by entry, period and phase
+
+    def noted(self, found: Margins, node: Endpoint) -> Margins:
+        """Return the margins of a loop, with a note where they are others at other phases of what oscillates."""
+        system = found.system
+        if not (found.hidden and found.stable) or system.per_period > 1 or system.map.others:
+            return found
+        about, _ = self._points.about_loop(node)
+        ends = Ends((node,), (node,), cut=True)
+        entry = _turning(about, about.point_of(ends), {name for mode in found.hidden for name in mode.blocks})
+        try:
+            told = entry and self._told(found, about, ends, entry)
+        except ModelError:  # a run that begins with another phase does not settle
+            return found
+        if not (entry and told):
+            return found
+        note = f"over the phase of {entry[0]} to the schedule, which nothing holds: {told}"
+        return replace(found, system=replace(system, map=replace(system.map, notes=(*system.map.notes, note))))
+
+    def _told(self, found: Margins, about: Linearisation, ends: Ends, entry: Entry) -> str:
+        """Return the range of the margins in words, "" where they hardly change; raises `ModelError`."""
+
+        period = ends.common_period(about.plan)
+
+        @cache
+        def loop(number: int) -> OpenLoop:
+            onward = Onward(about.course, self._begun(about, entry, number, period))
+            return of_wires(OrbitRun(about.plan, ends, onward).map(0), about.plan.period)
+
+        def place(number: int) -> float:
+            return float(held_in(self._begun(about, entry, number, period), entry, NO_RINGS))
+
+        def apart(first: int, second: int, by: float) -> bool:
+            return loop(first).differs(loop(second), by)
+
+        if not (apart(0, 1, FROZEN) or apart(0, 3, FROZEN)):
+            return ""
+        late = [(place(number) - place(0)) * PHASES - number for number in (1, 3)]
+        if any(abs(off - PHASES * round(off / PHASES)) > _UNEVEN for off in late):
+            return ""  # something else holds it, as what vibrates from the start
+        twice = not (apart(0, 4, _ALIKE) or apart(1, 5, _ALIKE))  # as a square, in a turn
+        return _ranges(found, map(loop, range(1, PHASES // 2 if twice else PHASES)))
+
+    def _begun(self, about: Linearisation, entry: Entry, number: int, period: int) -> Memory:
+        """Return where a run settles that began so many parts of a turn on; raises `ModelError`."""
+        key, course = (entry, period, number), about.course
+        if key not in self._settled:
+            own = Course(course.plan, course, begin=_moved(start(course.plan), entry, number / PHASES))
+            tick = settled_tick(own) if about.tick else 0
+            self._settled[key] = own.at(tick + -tick % period)
+        return self._settled[key]
+
+
+def _turning(about: Linearisation, point: OrbitPoint, blocks: Collection[str]) -> Entry | None:
+    """Return a number that some blocks remember whose whole turns change nothing; None if there is none.
+
+    A part of a turn stays what it is.
+    """
+    memory, states = point.memory or about.memory(), point.map.states
+
+    def after(entry: Entry, turn: float) -> Array:
+        later = about.course.from_memory(_moved(memory, entry, turn)).to(memory.tick + point.ticks)
+        return _numbers(later, states, point.rings)
+
+    scale = np.abs(point.map.parts()[0]) @ np.abs(_numbers(memory, states, point.rings))
+    for number, entry in enumerate(states):
+        if entry[0] in blocks and type(held_in(memory, entry, point.rings)) is float:
+            still, part, whole = (after(entry, turn) for turn in (0.0, 1.0 / PHASES, 1.0))
+            stays = abs((part - still)[number] - 1.0 / PHASES) <= _ROUNDED
+            if stays and (np.abs(whole - still) <= _ROUNDED * scale).all():
+                return entry
+    return None
+
+
+def _numbers(memory: Memory, states: Sequence[Entry], rings: Rings) -> Array:
+    return np.array([float(held_in(memory, entry, rings)) for entry in states])
+
+
+def _moved(memory: Memory, entry: Entry, by: float) -> Memory:
+    moved = memory.copy()
+    place = place_of(moved, entry, NO_RINGS)
+    put(moved, place, at_place(moved, place) + by)
+    return moved
+
+
+def _ranges(found: Margins, others: Iterable[OpenLoop]) -> str:
+    """Return the ranges of the margins of a stable loop and of others of its kind, in words."""
+    gains, phases, unstable = [found.least_gain_margin], [found.phase_margin or math.inf], False
+    for system in others:
+        margins = _quickly(found, system) or _limits(margins_at(system, found.loop, found.open_at))
+        gains, phases, unstable = [*gains, margins[0]], [*phases, margins[1]], unstable or math.isnan(margins[0])
+    stable = [(gain, phase) for gain, phase in zip(gains, phases, strict=True) if not math.isnan(gain)]
+    return ranges(*zip(*stable, strict=True)) + unstable * "; unstable at some"
+
+
+def _limits(found: Margins) -> tuple[float, float]:
+    """Return gain and phase margin, NaN if there are none."""
+    return (found.least_gain_margin, found.phase_margin or math.inf) if found.stable else (math.nan, math.nan)
+
+
+def _quickly(found: Margins, system: OpenLoop) -> tuple[float, float] | None:
+    """Return the gain and phase margin of a loop like another one in floating point, None if they are not sure."""
+    loop, turn = open_loops(system), 2.0 * math.pi * system.map.period
+    neutral = neutral_mode(loop)
+    if neutral is None:
+        return None
+    left, _ = neutral.left_out(loop)
+    crossovers = ([turn * f for f in each] for each in (found.gain_crossovers, found.phase_crossovers))
+    figures = amounts(left, kind_of(left, *crossovers))
+    if not (figures.certain[0] and figures.stable[0]):
+        return None
+    gain = least_gain_margin(float(figures.gain_margin[0]), float(figures.gain_reduction[0]))
+    return gain, float(figures.phase_margin[0])
