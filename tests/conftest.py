@@ -12,7 +12,7 @@ from pathlib import Path
 import hypothesis
 import pytest
 
-from tests import exhaustive, skips
+from tests import exhaustive, one_message, skips
 from tests.defects import DefectTable
 from tests.derivations import DerivationTable
 from tests.friendliness import FriendlinessTable
@@ -55,6 +55,8 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(FriendlinessTable())
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as of what a shell starts in the background
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    if one_message.is_enough(config):
+        config.pluginmanager.register(one_message)
     if hasattr(config, "workerinput"):  # such a process: the folder is there
         return
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # matrices of tests are small: more threads would wait for each other
