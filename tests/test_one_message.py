@@ -38,7 +38,7 @@ def test_what_went_wrong_is_told(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "pytest", *plugins, "-n", "1", "-c", str(tmp_path / "pytest.ini"), str(tmp_path)]
     ran = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120)
     *_, last = ran.stdout.splitlines()
-    told = re.findall(r"^(FAILED|ERROR) \S+::(\w+) - ", ran.stdout, re.MULTILINE)
+    told = re.findall(r"^(FAILED|ERROR) \S+::(\w+)", ran.stdout, re.MULTILINE)
     assert sorted(told) == [
         ("ERROR", "test_ends_badly"),
         ("ERROR", "test_not_set_up"),
