@@ -1,6 +1,8 @@
 """The source itself: nothing evaluates, unpickles or imports what a file names, but at the known places."""
 
 import ast
+import re
+import unicodedata
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -23,6 +25,11 @@ FORBIDDEN_MODULES = {
 }
 FORBIDDEN_CALLS = {"eval", "__import__", "execfile", "breakpoint", "input"}
 FORBIDDEN_METHODS = {("os", "system"), ("os", "popen"), ("builtins", "exec")}
+SUSPECT = re.compile(  # whatever is refused has one of these in its text
+    rf"\b(import|from)\b(\\\n|[^\n])*\b({'|'.join(FORBIDDEN_MODULES)})\b"
+    rf"|\b({'|'.join(FORBIDDEN_CALLS)}|exec|compile)\b([\s\\)]|#[^\n]*)*\("
+    r"|\b(builtins|exec_module|importlib|popen|system|shell|allow_pickle)\b"
+)
 
 # Where a name may run: the block catalog imports blocks and the caller's own file; functions of own blocks are written
 # anew from their own trees, integer code from what was traced, and files are compiled to tell functions apart, which
@@ -60,9 +67,11 @@ def calls(tree: ast.AST, function: str = "") -> Iterator[tuple[str, ast.Call]]:
 
 
 def faults(source: str, file: str) -> list[str]:
-    """Everything in a source that must not be there."""
+    """Everything in a source that must not be there; parsed only if its text has such words."""
+    found = list[str]()
+    if not SUSPECT.search(unicodedata.normalize("NFKC", source)):  # as the parser reads names
+        return found
     tree = ast.parse(source)
-    found = []
     for node in ast.walk(tree):
         if not isinstance(node, ast.Import | ast.ImportFrom):
             continue
@@ -100,9 +109,10 @@ def test_the_three_folders_are_scanned() -> None:
     assert {file.relative_to(ROOT).parts[0] for file in SOURCES} == {"blocks", "graphs", "runner"}
 
 
-@pytest.mark.parametrize("file", SOURCES, ids=lambda file: str(file.relative_to(ROOT)))
-def test_nothing_runs_what_a_file_names(file: Path) -> None:
-    assert faults(file.read_text(encoding="utf-8"), str(file.relative_to(ROOT))) == []
+@pytest.mark.parametrize("room", ["blocks", "graphs", "runner"])
+def test_nothing_runs_what_a_file_names(room: str) -> None:
+    names = {str(file.relative_to(ROOT)): file for file in SOURCES if file.is_relative_to(ROOT / room)}
+    assert [fault for name, file in names.items() for fault in faults(file.read_text(encoding="utf-8"), name)] == []
 
 
 @pytest.mark.exhaustive
