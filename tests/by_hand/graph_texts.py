@@ -13,10 +13,18 @@ from proofmass.graphs.studies.study_reader import is_study
 from proofmass.graphs.tuning.check_file import CheckedFile, check_file, check_table
 
 _FILES = [file for name, file in library_files().items() if name.endswith(".toml")]
-_ARE_STUDIES = [is_study(read_table(path)[0]) for path in _FILES]
-LIBRARY = [path for path, own in zip(_FILES, _ARE_STUDIES, strict=True) if not own]
-STUDIES = [path for path, own in zip(_FILES, _ARE_STUDIES, strict=True) if own]  # of their own, beside the graph
-ALONE = [path for path in LIBRARY if runs_alone(flatten(read_graph(path)))]  # the others are parts, with open inputs
+_TABLES = {path: read_table(path)[0] for path in _FILES}
+LIBRARY = [path for path, table in _TABLES.items() if not is_study(table)]
+STUDIES = [path for path, table in _TABLES.items() if is_study(table)]  # of their own, beside the graph
+
+
+def _runs_alone(path: Path) -> bool:
+    """Whether it is no part; only one that exports something, or has no rate, is read whole: every test waits here."""
+    table = _TABLES[path]
+    return ("rate" in table and "exports" not in table) or runs_alone(flatten(read_graph(path)))
+
+
+ALONE = [path for path in LIBRARY if _runs_alone(path)]  # the others are parts, with open inputs
 # Made of parts that others have too: walks that run or compile every graph take them with all that is exhaustive.
 OF_SAME_PARTS = {
     "calibration_interval_study",

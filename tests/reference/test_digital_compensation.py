@@ -5,6 +5,8 @@ lengths than theirs, what their blocks compute.
 """
 
 import math
+from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -29,7 +31,11 @@ from proofmass.runner.run.simulate import simulate
 from tests.by_hand.cordic import chain, growth, scaled, swept
 from tests.by_hand.temperature_sets import DEVICES, TEMPERATURE
 
-LAWS = {name: fit(device.readings(), [], tolerance=1.0).fits[0].values for name, device in DEVICES.items()}
+
+@cache
+def law_of(name: str) -> Mapping[str, float]:
+    return fit(DEVICES[name].readings(), [], tolerance=1.0).fits[0].values
+
 
 each = pytest.mark.parametrize("name", DEVICES)
 
@@ -39,7 +45,7 @@ def predicted(name: str, volts: Any, further: int, preload: bool = False, bits: 
 
     The numbers are those of plain integers, which the blocks are held against bit by bit.
     """
-    law, words = LAWS[name], np.round(volts * 2.0**bits).astype(np.int64)
+    law, words = law_of(name), np.round(volts * 2.0**bits).astype(np.int64)
     pairs = (law["a1"], law["b1"]), (law["a2"], law["b2"])
     terms = [chain(words, a, b, bits, further, preload) for a, b in pairs]
     for (a, b), term in zip(pairs, terms, strict=True):
@@ -88,7 +94,7 @@ def errors(name: str, further: int, preload: bool = False, bits: int = 16) -> tu
 
 def compensator(name: str, term: str = "exponential_term") -> Graph:
     """The compensator of the library with the coefficients of a device, over a ramp of its temperature."""
-    text, changes = library_file("temperature_compensator.toml").read_text(encoding="utf-8"), dict(LAWS[name])
+    text, changes = library_file("temperature_compensator.toml").read_text(encoding="utf-8"), dict(law_of(name))
     text = text.replace("exponential_term.toml", f"{term}.toml")
     if term == "exponential_term_preloaded":
         changes["memory.growth"] = hyperbolic_growth(16)
@@ -109,7 +115,7 @@ def compensator(name: str, term: str = "exponential_term") -> Graph:
 @each
 def test_the_graphs_are_the_plain_integers(name: str, preload: bool, engine: EngineName) -> None:
     term = "exponential_term_preloaded" if preload else "exponential_term"
-    result, law = simulate(compensator(name, term), samples=501, engine=engine), LAWS[name]
+    result, law = simulate(compensator(name, term), samples=501, engine=engine), law_of(name)
     volts = result["digital.temperature.output"].mantissas
     first, second = (chain(volts, law[a], law[b], 16, 8, preload) for a, b in (("a1", "b1"), ("a2", "b2")))
     assert (volts[0], volts[-1]) == (round(0.6 * 65536), round(1.8 * 65536))
@@ -174,7 +180,7 @@ def test_where_the_paper_has_its_largest_relative_error(level: float, percent: f
 )
 def test_a_larger_law_has_a_floor_of_relative_error(level: float, percent: tuple[float, float]) -> None:
     """M2 with both factors larger: with 16 bits, and with 24, the core and the range reduction are what remains."""
-    law, words = LAWS["m2"], np.round(TEMPERATURE * 65536).astype(np.int64)
+    law, words = law_of("m2"), np.round(TEMPERATURE * 65536).astype(np.int64)
     pairs = (law["a1"], law["b1"]), (law["a2"], law["b2"])
     exact = sum(a * np.exp(b * words / 65536) for a, b in pairs)
     times = level / exact.mean() if level > 0.0019 else 1.0

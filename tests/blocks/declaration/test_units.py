@@ -7,8 +7,9 @@ import re
 import time
 from collections.abc import Callable, Iterator
 from fractions import Fraction
+from functools import cache
+from typing import Any
 
-import pint
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
@@ -29,26 +30,36 @@ EXPRESSIONS = {  # ours: pint's
     "deg/sqrt(h)": "deg/hour**0.5", "(m/s)^2": "(m/s)**2", "kg*m^2/s^2/m": "kg*m**2/s**2/m",
 }  # fmt: skip
 
-ORACLE = pint.UnitRegistry()
-QUANTITIES = {ours: (1.0 * ORACLE(theirs)).to_base_units() for ours, theirs in EXPRESSIONS.items()}
+
+@cache
+def oracle() -> Any:
+    """Pint, imported where it is asked: one process of the tests does without it."""
+    import pint
+
+    return pint.UnitRegistry()
+
+
+@cache
+def quantity(ours: str) -> Any:
+    return (1.0 * oracle()(EXPRESSIONS[ours])).to_base_units()
 
 
 def in_oracle_base(ours: str) -> float:
     """Our factor in the base units of the oracle, which may count mass in grams."""
     mass = unit(ours).exponents[1]
-    base = (1.0 * ORACLE.kg).to_base_units().magnitude
+    base = (1.0 * oracle().kg).to_base_units().magnitude
     return float(unit(ours).factor) * base ** float(mass)
 
 
 @pytest.mark.parametrize("ours", EXPRESSIONS)
 def test_factor_as_the_oracle_has_it(ours: str) -> None:
-    assert in_oracle_base(ours) == pytest.approx(QUANTITIES[ours].magnitude, 1e-15, 0.0)
+    assert in_oracle_base(ours) == pytest.approx(quantity(ours).magnitude, 1e-15, 0.0)
 
 
 def test_every_pair_is_convertible_exactly_when_the_oracle_says_so() -> None:
     compared = 0
     for first, second in itertools.product(EXPRESSIONS, repeat=2):
-        a, b = QUANTITIES[first], QUANTITIES[second]
+        a, b = quantity(first), quantity(second)
         assert same_dimension(first, second) == (a.dimensionality == b.dimensionality)
         if a.dimensionality == b.dimensionality:
             ratio = a.magnitude / b.magnitude
@@ -74,16 +85,16 @@ BASES_OF_THE_ORACLE = ("length", "mass", "time", "current", "temperature", "subs
 
 @pytest.mark.parametrize("name", UNITS)
 def test_every_unit_has_the_exponents_and_the_factor_of_the_oracle(name: str) -> None:
-    quantity = (1.0 * ORACLE("dimensionless" if name == "1" else OTHER_NAMES.get(name, name))).to_base_units()
-    exponents = tuple(quantity.dimensionality.get(f"[{base}]", 0) for base in BASES_OF_THE_ORACLE)
+    found = (1.0 * oracle()("dimensionless" if name == "1" else OTHER_NAMES.get(name, name))).to_base_units()
+    exponents = tuple(found.dimensionality.get(f"[{base}]", 0) for base in BASES_OF_THE_ORACLE)
     assert unit(name).exponents == exponents
     assert len(exponents) == len(BASE)
-    assert in_oracle_base(name) == pytest.approx(quantity.magnitude, 1e-15, 0.0)
+    assert in_oracle_base(name) == pytest.approx(found.magnitude, 1e-15, 0.0)
 
 
 @pytest.mark.parametrize("prefix", PREFIXES)
 def test_every_prefix_is_the_power_of_ten_of_the_oracle(prefix: str) -> None:
-    assert float(unit(f"{prefix}V").factor) == pytest.approx(ORACLE(f"{prefix}V").to("V").magnitude, 1e-15, 0.0)
+    assert float(unit(f"{prefix}V").factor) == pytest.approx(oracle()(f"{prefix}V").to("V").magnitude, 1e-15, 0.0)
 
 
 @pytest.mark.parametrize(
