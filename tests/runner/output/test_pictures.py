@@ -6,9 +6,12 @@ import xml.etree.ElementTree as ElementTree
 from itertools import pairwise
 
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from proofmass.runner.output.page import picture
 from proofmass.runner.output.pictures import BLUE, name_rows, room_for_ticks, sheet, write_figure
+from proofmass.runner.output.shown_figure import ShownFigure
 
 TAG = "{http://www.w3.org/2000/svg}"
 
@@ -90,3 +93,25 @@ def test_a_logarithmic_axis_of_few_decades_has_plain_numbers_without_being_asked
     assert len(shown) > 1
     assert [float(text) for text in shown] == pytest.approx(few.get_xticks()), "no powers of ten"
     assert any("mathdefault" in label.get_text() for label in many.get_xticklabels())
+
+
+@pytest.mark.parametrize("kind", ["svg", "png"])
+def test_panels_are_drawn_once_and_stand_where_two_draws_leave_them(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def written() -> bytes:
+        with sheet(4.0, 3.0, "of two panels") as figure:
+            upper, lower = figure.subplots(2)
+            upper.loglog([1.0, 1e6], [1e-3, 1e4], label="a long name of a line")
+            upper.legend()
+            lower.set_ylabel("deviation")
+        file = io.BytesIO()
+        write_figure(figure, file, kind)
+        return file.getvalue()
+
+    panels: list[Axes] = []
+    draw_axes = Axes.draw
+    monkeypatch.setattr(Axes, "draw", lambda axes, renderer: (panels.append(axes), draw_axes(axes, renderer)))
+    once = written()
+    assert len(panels) == 2
+    monkeypatch.setattr(ShownFigure, "draw", Figure.draw)
+    assert written() == once
+    assert len(panels) == 6
