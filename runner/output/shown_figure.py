@@ -16,7 +16,7 @@ class ShownFigure(Figure):
         """Draw a figure, or lay it out alone where drawing is disabled.
 
         Before it writes a figure, matplotlib asks for the layout by a whole draw in vain, by a
-        renderer whose methods are replaced: a third of the time of a picture.
+        renderer whose methods are replaced: a fourth of the time of a picture.
         """
         layout = self.get_layout_engine()
         if layout is not None and not ismethod(renderer.open_group):
