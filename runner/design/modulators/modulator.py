@@ -31,7 +31,7 @@ class Modulator(Told, Plotted):
 
     order: int  # of the loop filter
     oversampling: float  # the rate over twice the band
-    gain: float  # of the noise, far from the band
+    gain: float  # of the noise, far from the band; where zeros have moved that which they leave
     centre: float  # of the band, relative to the rate; 0 for a low pass
     levels: int  # of the quantiser, from -1 to 1
     structure: Structure  # the form of the loop filter, and the pulse of a continuous one
@@ -117,7 +117,9 @@ def design_modulator(
     _refuse(form, levels, feeds, pulse, centre, samples)
     wanted = synthesised(order, oversampling, gain, zeros, centre)
     structure = Structure(form, order, pulse)
-    transfer, k = structure.reachable(wanted), realised(wanted, structure, feeds)
+    transfer, k = structure.reachable(wanted), realised(wanted, structure, feeds, centre)
+    if transfer != wanted:
+        gain = float(abs(transfer.at(0.5)))  # of zeros outside the unit circle, which low passes alone have
     sizes = tuple(10.0 ** (decibel / 20.0) for decibel in DECIBELS)
     inside = band(oversampling, centre)
     ratios, limit = predicted(transfer, inside, sizes, levels)

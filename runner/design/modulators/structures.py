@@ -10,7 +10,7 @@ one period, and the poles are +- j sqrt(g).
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from proofmass.runner.design.modulators.noise_transfer import NoiseTransfer
 from proofmass.runner.host.arrays import Array
 
 FORMS = ("CIFB", "CRFB", "CIFF", "CRFF")
+_ALIKE = 1e-6  # by which the gain of a loop of high order is off 1 by rounding
 
 
 @dataclass(frozen=True)
@@ -100,6 +101,15 @@ class Structure:
             return angle * angle
         return 2.0 - 2.0 * math.cos(angle) if self.form.startswith("CR") else math.sin(angle) ** 2
 
+    def signal_gain(self, k: Coefficients, frequency: float) -> float:
+        """Return the gain from the input to the level at a frequency, by the rate, while the quantiser has gain 1."""
+        rows, last = self.stepped(k)
+        n = self.order
+        closed = rows[:, :n] + np.outer(rows[:, n + 1], last[:n])
+        entry = rows[:, n] + rows[:, n + 1] * last[n]
+        z = np.exp(2j * math.pi * frequency)
+        return float(abs(last[:n] @ np.linalg.solve(z * np.eye(n) - closed, entry) + last[n]))
+
 
 def _step(a: Array, b: Array, time: float) -> Array:
     """Return [e^(A t), integral of e^(A s) B ds]: the exponential of [[A, B], [0, 0]] t."""
@@ -120,12 +130,12 @@ def loop_response(structure: Structure, k: Coefficients, length: int) -> Array:
     return np.array(values)
 
 
-def realised(transfer: NoiseTransfer, structure: Structure, feeds: str) -> Coefficients:
+def realised(transfer: NoiseTransfer, structure: Structure, feeds: str, centre: float = 0.0) -> Coefficients:
     """Return the coefficients that give a noise transfer function; every c is 1.
 
     The response of the loop is linear in the a, and n samples of it are its numerator: n equations.
-    `feeds` says where the input goes: "first", to the first state alone, or "all", by which the
-    signal transfer function is 1.
+    `feeds` says where the input goes: "first", to the first state alone, with a gain of 1 at the
+    `centre` of the band, or "all", by which the signal transfer function is 1.
     """
     n = structure.order
     angles = [abs(float(np.angle(zero))) for zero in transfer.zeros]
@@ -138,9 +148,12 @@ def realised(transfer: NoiseTransfer, structure: Structure, feeds: str) -> Coeff
     wanted = structure.reachable(transfer).loop_response(n)
     columns = [loop_response(structure, alone(i), n) for i in range(n)]
     a = tuple(np.linalg.solve(np.array(columns).T, wanted).tolist())
-    first = a[0] if structure.feedback else 1.0
     every = (*(a if structure.feedback else (1.0, *[0.0] * (n - 1))), 1.0)
-    return Coefficients(a, every if feeds == "all" else (first, *[0.0] * n), (1.0,) * n, g)
+    k = Coefficients(a, every if feeds == "all" else (every[0], *[0.0] * n), (1.0,) * n, g)
+    gain = structure.signal_gain(k, centre) if structure.feedback else 1.0  # with feed-forward it is 1 less the noise's
+    if feeds == "all" or abs(gain - 1.0) < _ALIKE:
+        return k
+    return replace(k, b=(every[0] / gain, *[0.0] * n))
 
 
 def scaled(structure: Structure, k: Coefficients, swings: Sequence[float]) -> Coefficients:

@@ -198,7 +198,7 @@ def test_states_stay_within_the_swing_up_to_the_peak() -> None:
     rows, last = of.structure.stepped(of.coefficients)
     size, states = 10.0 ** (of.amplitudes[np.nanargmax(np.array(of.simulated, float))] / 20.0), [np.zeros(4)]
     for n in range(2000):
-        u = size * math.sin(2.0 * math.pi * n / 640.0)  # at a fifth of the band
+        u = size * math.sin(2.0 * math.pi * 5.0 * n / 2048.0)  # the odd number of periods next to a fifth of the band
         v = 1.0 if last[:5] @ [*states[-1], u] >= 0.0 else -1.0
         states.append(rows @ [*states[-1], u, v])
     assert np.abs(states).max(axis=0) == pytest.approx(0.8, abs=0.2)
