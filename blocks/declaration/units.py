@@ -1,5 +1,6 @@
 """Quantities: a number with a unit, converted exactly, and what a wrong unit was meant to be."""
 
+import math
 import re
 from difflib import SequenceMatcher
 from fractions import Fraction
@@ -16,6 +17,9 @@ _POWER = re.compile(r"(?<![A-Za-z0-9])([A-Za-zµ]+)([2-6])(?![0-9])")  # as in m
 _STANDARD_GRAVITY = re.compile(r"(?<![A-Za-zµμ])([A-Zacdfhkmnpuyzµμ]?)g(?![A-Za-z0-9])")
 _SIMPLE_BRACKET = re.compile(r"(?<!\w)\((\w+)\)")  # not that of sqrt(Hz)
 _FACTOR_OF_ONE = re.compile(r"(?<![\w.^-])1\*|[*/]1(?![\w.^])")
+_ANGLE = re.compile(r"(?<![A-Za-zµμ])[A-Za-zµμ]{0,2}rad(?![A-Za-z])|(?<![A-Za-z])deg(?![A-Za-z])|°")
+_TURNS = re.compile(r"(?<![A-Za-zµμ])[A-Za-zµμ]{0,2}Hz(?![A-Za-z])")
+_HERTZ, _RADIANS = re.compile(r"Hz(/|$)"), re.compile(r"rad/s(/|$)")
 _QUANTITY = re.compile(
     r"\s*(?P<number>[+-]?(?:[0-9][0-9_]*\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?(?:/[0-9]+)?)\s*(?P<unit>.*?)\s*"
 )
@@ -79,7 +83,34 @@ def convert_exactly(text: str, target: str) -> Fraction:
     if source_unit.exponents != target_unit.exponents:
         message = f"{symbol} is {source_unit.in_base_units()}, not {target_unit.in_base_units()}"
         raise UnitError(message, _other_dimension(text, symbol, target))
-    return number * source_unit.factor / target_unit.factor
+    value = number * source_unit.factor / target_unit.factor
+    _refuse_turns(symbol, target, float(value))
+    return value
+
+
+def convertible(first: str, second: str) -> bool:
+    """Return whether numbers in the first unit can be told in the second: of one dimension, not angle for turns."""
+    return same_dimension(first, second) and not (_is_angle(first, second) or _is_turns(first, second))
+
+
+def _is_angle(one: str, other: str) -> bool:
+    """Return whether a unit counts angle where another one counts turns a second: both are one dimension."""
+    return bool(_ANGLE.search(one)) and not _TURNS.search(one) and bool(_HERTZ.match(short_unit(other)))
+
+
+def _is_turns(one: str, other: str) -> bool:
+    """Return whether a unit counts turns where another one counts angle a second."""
+    return bool(_TURNS.search(one)) and not _ANGLE.search(one) and bool(_RADIANS.match(short_unit(other)))
+
+
+def _refuse_turns(symbol: str, target: str, value: float) -> None:
+    """Raise `UnitError` where a unit counts angle and the one that is wanted counts turns, or the other way round."""
+    if _is_angle(symbol, target):
+        hint = f'write "{0.5 * value / math.pi:.10g} {short_unit(target)}"'
+        raise UnitError(f"{symbol} is angle, not turns a second", hint)
+    if _is_turns(symbol, target):
+        hint = f'write "{2.0 * math.pi * value:.10g} {short_unit(target)}"'
+        raise UnitError(f"{symbol} is turns, not angle a second", hint)
 
 
 def _of_dimension(number: Fraction, symbol: str, target: str) -> str:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, problems_of_table, shown
 from proofmass.blocks.declaration.unit_expressions import unit
-from proofmass.blocks.declaration.units import same_dimension
+from proofmass.blocks.declaration.units import convertible
 from proofmass.blocks.statistics.last_value import LastValue
 from proofmass.graphs.model.hints import key_hint
 from proofmass.graphs.model.keys import OWN_MEASURE_KEYS
@@ -114,7 +114,7 @@ def read_display_unit(text: object) -> str:
 
 def bad_display_unit(text: str, of: str, key: str, path: tuple[str, ...]) -> Iterator[Problem]:
     """Yield why what is measured in the unit `of` cannot be shown in another."""
-    if text and not same_dimension(text, of):
+    if text and not convertible(of, text):
         hint = f"write a unit of the same kind as {of}, or leave it out"
         message = f"cannot be shown in {text}: it is in {of}"
         yield Problem(message=message, key=key, got=shown(text), hint=hint, path=path)

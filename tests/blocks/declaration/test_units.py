@@ -15,7 +15,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from proofmass.blocks.declaration.unit_expressions import BASE, PREFIXES, UNITS, UnitError, is_unit, unit
-from proofmass.blocks.declaration.units import convert, convert_exactly, same_dimension, same_unit
+from proofmass.blocks.declaration.units import convert, convert_exactly, convertible, same_dimension, same_unit
 
 EXPRESSIONS = {  # ours: pint's
     "m": "m", "nm": "nm", "inch": "inch", "kg": "kg", "mg": "mg", "us": "us", "min": "min", "h": "hour", "d": "day",
@@ -319,3 +319,38 @@ def test_a_hint_has_the_dimension_that_is_wanted(text: str, target: str, hint: s
 )
 def test_a_unit_is_told_from_other_texts(text: str, known: bool) -> None:
     assert is_unit(text) == known
+
+
+@pytest.mark.defect(
+    "S917", before="a corner of 100 rad/s was one of 100 Hz, and 2 Hz were shown as 2 rad/s", after="refused"
+)
+@pytest.mark.parametrize(
+    ("text", "target", "hint"),
+    [
+        ("100 rad/s", "Hz", '"15.91549431 Hz"'),
+        ("360 deg/s", "Hz", '"1 Hz"'),
+        ("3 mrad/s/V", "Hz/(V)", '"0.0004774648293 Hz/V"'),
+        ("2 kHz", "rad/s", '"12566.37061 rad/s"'),
+    ],
+)
+def test_angle_is_not_taken_for_turns(text: str, target: str, hint: str) -> None:
+    """A turn is 2 pi rad, and 360 degrees. Both units have one dimension, as in the SI."""
+    with pytest.raises(UnitError, match=" is (angle, not turns|turns, not angle) a second") as refused:
+        convert(text, target)
+    assert hint in refused.value.hint
+    assert not convertible(text.split(maxsplit=1)[1], target)
+
+
+@pytest.mark.parametrize(
+    ("text", "target", "value"),
+    [
+        ("180 deg/s", "rad/s", math.pi),
+        ("5 1/s", "Hz", 5.0),
+        ("2 rad/sqrt(Hz)", "1/sqrt(Hz)", 2.0),
+        ("60 deg/sqrt(h)", "rad/sqrt(s)", math.pi / 180.0),
+        ("3 Hz", "1/s", 3.0),
+    ],
+)
+def test_angle_and_turns_stand_where_nothing_is_mixed(text: str, target: str, value: float) -> None:
+    assert convert(text, target) == pytest.approx(value, rel=1e-15)
+    assert convertible(text.split(maxsplit=1)[1], target)
