@@ -335,7 +335,7 @@ def test_a_unit_is_told_from_other_texts(text: str, known: bool) -> None:
 )
 def test_angle_is_not_taken_for_turns(text: str, target: str, hint: str) -> None:
     """A turn is 2 pi rad, and 360 degrees. Both units have one dimension, as in the SI."""
-    with pytest.raises(UnitError, match=" is (angle, not turns|turns, not angle) a second") as refused:
+    with pytest.raises(UnitError, match=r" is (angle, not turns|turns, not angle) a second") as refused:
         convert(text, target)
     assert hint in refused.value.hint
     assert not convertible(text.split(maxsplit=1)[1], target)
