@@ -126,8 +126,11 @@ def read_spread(table: object, unit: str, folder: str = "") -> Spread:
             return Spread("values", values=read_column(table["file"], table.get("column"), folder, unit))
         values = read_values(table["values"], "values", unit)
         weights = _read_weights(table, len(values))
-        ordered, theirs = zip(*sorted(zip(values, weights or values, strict=True)), strict=True)
-        return Spread(shape, values=ordered, weights=theirs if weights else ())
+        if not weights:
+            return Spread(shape, values=tuple(sorted(values)))
+        possible = sorted((value, weight) for value, weight in zip(values, weights, strict=True) if weight)
+        ordered, theirs = zip(*possible, strict=True)
+        return Spread(shape, values=ordered, weights=theirs)
     if shape == "lognormal" and relative:
         raise Refusal("a lognormal distribution is relative always", key="relative", hint="leave it out")
     width = read_quantity(table, shape, "1" if relative or shape == "lognormal" else unit, at_least=0.0)

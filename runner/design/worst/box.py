@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import scipy.optimize
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.adjustable import Adjustable
@@ -31,6 +32,8 @@ _STEP = 1e-6  # of a place, for derivatives of the box itself
 BOTH_WAYS, UP, DOWN = (-1.0, 1.0), (0.0, 1.0), (-1.0, 0.0)  # of derivatives by a place
 _TOWARDS = 0.5  # the place of all others where a coordinate is tried too: about 0 a relative spread leaves no room
 _PER = {"ramp": "/s", "arrhenius": "/s", WALK: "/sqrt(s)"}
+
+_minimise: Any = scipy.optimize.minimize
 
 Move = Callable[[float, Sequence[float]], float]  # a value before, and the deviates of the place: the value after
 
@@ -106,6 +109,19 @@ class ToleranceBox:
             low, high = (self.values(end) for end in ends)
             rows.append({name: (high[name] - low[name]) / apart if apart else 0.0 for name in low})
         return rows
+
+    def largest_change(self, up: AnyArray, down: AnyArray) -> float:
+        """Return the most by which something grows within the box, from its derivatives by each place, up and down."""
+        number_of = {place: number for number, place in enumerate(self._counted)}
+        alone, together = set(number_of.values()), 0.0
+        for members, matrix in self._groups:
+            numbers = [number_of[place] for place in members if place in number_of]
+            inner = np.array([place in number_of for place in members])
+            slopes = np.zeros(len(members))
+            slopes[inner] = 0.5 * (up + down)[numbers]
+            together += _farthest(matrix, slopes * np.sign([self._scales[place] for place in members]))
+            alone -= set(numbers)
+        return together + sum(max(float(up[number]), -float(down[number])) for number in alone)
 
     def widths(self) -> dict[str, float]:
         """Return how far each parameter moves with each coordinate alone, wherever the others are; none that stays."""
@@ -229,3 +245,18 @@ class ToleranceBox:
         ends = np.array([others, others])
         ends[:, place] = -1.0, 1.0
         return self._values(ends[0]) != self._values(ends[1])
+
+
+def _farthest(matrix: AnyArray, slopes: AnyArray) -> float:
+    """Return the most that correlated deviates reach: slopes y, as y' R y <= m and |R y| <= 1 with z = 3 R y."""
+    size = float(np.max(np.abs(slopes)))
+    if size == 0.0:
+        return 0.0
+    bounds = [
+        {"type": "ineq", "fun": lambda y: len(y) - y @ matrix @ y, "jac": lambda y: -2.0 * matrix @ y},
+        {"type": "ineq", "fun": lambda y: 1.0 - matrix @ y, "jac": lambda _: -matrix},
+        {"type": "ineq", "fun": lambda y: 1.0 + matrix @ y, "jac": lambda _: matrix},
+    ]
+    aim = slopes / size
+    found = _minimise(lambda y: (-(aim @ y), -aim), 0.1 * aim, jac=True, method="SLSQP", constraints=bounds)
+    return size * float(aim @ found.x)

@@ -4,8 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.flatten import flatten
@@ -262,8 +260,8 @@ def _case(search: BoxSearch, side: Side, quantity: Quantity, both: bool) -> Wors
         singles.append(OneAtATime(wanted.written, low, high))
     begin, first_order = _value(nominal, side), None
     if begin is not None:
-        change = float(np.sum(np.maximum(search.gradient(nominal, side, UP), -search.gradient(nominal, side, DOWN))))
-        first_order = begin - side.sign * change
+        ways = (search.gradient(nominal, side, way) for way in (UP, DOWN))
+        first_order = begin - side.sign * search.box.largest_change(*ways)
     corners = sorted(
         (c for c in search.cases.values() if c.corner), key=lambda c: search.badness(c, side), reverse=True
     )

@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 
 from proofmass import Graph, ModelError, Study
@@ -162,3 +163,43 @@ second = { kind = "MassSpringDamper", mass = "2 kg", damping = "1 kg/s", stiffne
         ("-0.2 to 2.2", ("tolerances", "first.mass")),
         ("-2 to 4", ("tolerances", "second.damping")),
     ]
+
+
+@pytest.mark.defect(
+    "S911", before="a value of weight 0, which no sensor has, was the worst", after="the least of those drawn"
+)
+def test_a_value_that_no_sensor_has_is_no_end() -> None:
+    spread = {"a.value": {"values": [-5.0, -2.0, 1.0, 4.0], "weights": [0, 1, 3, 0]}}
+    (wanted,) = box_of(Study(graph(a=0), spread=spread), {}).ranges
+    assert (wanted.low, wanted.high) == (-2.0, 1.0)
+    assert wanted.choices == (-2.0, 1.0)
+
+
+@pytest.mark.defect(
+    "S912", before="derivatives said twice as much of two parameters that are one", after="as far as they go together"
+)
+@pytest.mark.parametrize(
+    ("correlation", "largest"),
+    [
+        (1.0, 9.0),
+        (-1.0, 3.0),
+        (0.5, 9.0),  # (3, 3) is likely enough: z' R^-1 z = 12
+        (-0.5, 6.0 + 3.0 * (math.sqrt(3.0) - 1.0) / 2.0),  # b at 3, and z' R^-1 z = 18
+    ],
+)
+def test_derivatives_count_as_far_as_correlated_deviates_go(correlation: float, largest: float) -> None:
+    """Of a + 2 b, both of deviation 1. Alone, each takes the other one along."""
+    spread = {name: NORMAL[name] for name in ("a.value", "b.value")}
+    box = box_of(Study(graph(a=0, b=0), spread=spread, correlation={"a.value": {"b.value": correlation}}), {})
+    slopes = np.array([3.0 + 6.0 * correlation, 3.0 * correlation + 6.0])
+    assert box.largest_change(slopes, slopes) == pytest.approx(largest, rel=1e-7)
+
+
+def test_derivatives_of_a_parameter_that_falls_with_its_deviate() -> None:
+    """Of a + 2 b + c: b = -1 - z2, so that with 0.5 it is the sum of two of -0.5. c lies 1 below and 2 above."""
+    spread = {"a.value": NORMAL["a.value"], "b.value": {"normal": 1.0, "relative": True}}
+    study = Study(graph(a=0, b=-1, c=0), spread=spread, correlation={"a.value": {"b.value": 0.5}})
+    box = box_of(study, {"c.value": [-1.0, 2.0]})
+    assert [wanted.written for wanted in box.ranges] == ["a.value", "b.value", "c.value"]
+    up, down = np.array([0.0, 4.5, 2.0]), np.array([0.0, 4.5, 1.0])
+    assert box.largest_change(up, down) == pytest.approx(6.0 + 3.0 * (math.sqrt(3.0) - 1.0) / 2.0 + 2.0, rel=1e-7)
