@@ -7,6 +7,7 @@ import numpy as np
 from proofmass.runner.analysis.spectrum.tones import Tones
 from proofmass.runner.analysis.spectrum.welch import Spectrum
 
+_MIRRORED = 1e-3  # of the rms: 0.01 dB
 TONE_WINDOW = "blackman-harris-7"  # no tone of 24 bits leaks out of it
 
 
@@ -47,6 +48,11 @@ def tone_text(measured: Tones | None, of: Spectrum) -> str:
         lines.append(
             f"  note: harmonics of order {orders} fold onto the tone or onto zero: THD, SNDR and ENOB leave them out;"
             " move the tone"
+        )
+    if measured.mirrored > _MIRRORED:
+        lines.append(
+            f"  note: {measured.cycles:.4g} cycles are so near to zero or half the rate that the tone overlaps its image:"
+            f" rms may be off by {100.0 * measured.mirrored:.2g} %; run longer, or take a window of fewer terms"
         )
     if not measured.coherent:
         nearest = max(1, round(measured.cycles)) * of.step

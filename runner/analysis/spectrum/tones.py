@@ -52,6 +52,7 @@ class Tones:
     enob: float  # bits of a converter that the tone fills
     cycles: float  # of the tone in a segment
     leaked: float  # rms of the tone that the window lets out of its main lobe, and that counts as noise or harmonics
+    mirrored: float  # part by which rms may be off, since the tone overlaps its image below zero or above half the rate
     hidden: tuple[int, ...]  # orders of harmonics that fold onto the tone or onto zero: no figure has them
 
     @property
@@ -107,6 +108,7 @@ def tones(of: Spectrum, *, tone: float = 0.0, band: tuple[float, float] | None =
     if not signal > 0.0:
         raise _no_tone(of, tone).error
     sndr = _decibels(signal, noise + distortion)
+    leaked, mirrored = _leak(of, frequency, band)
     return Tones(
         frequency=frequency,
         rms=math.sqrt(signal),
@@ -118,18 +120,25 @@ def tones(of: Spectrum, *, tone: float = 0.0, band: tuple[float, float] | None =
         spur=float(of.frequencies[spur]),
         enob=(sndr - 10.0 * math.log10(1.5)) / (20.0 * math.log10(2.0)),
         cycles=frequency / step,
-        leaked=math.sqrt(signal * _leak(of, frequency, band)),
+        leaked=math.sqrt(signal * leaked),
+        mirrored=1.0 - math.sqrt(max(1.0 - mirrored, 0.0)),
         hidden=hidden,
     )
 
 
-def _leak(of: Spectrum, frequency: float, band: tuple[float, float] | None) -> float:
-    """Mean square of a tone outside its main lobe and within a band, as a part of that in the lobe."""
+def _leak(of: Spectrum, frequency: float, band: tuple[float, float] | None) -> tuple[float, float]:
+    """Parts of the mean square in the main lobe of a tone: what lies outside and within a band, and what the
+    image of the tone below zero, or above half the rate, may add to it or take from it.
+    """
     turns = np.exp(2j * np.pi * frequency / of.rate * np.arange(of.segment))
-    squares = np.abs(np.fft.fft(window(of.window, of.segment) * turns)) ** 2
-    squares = (squares + np.roll(squares[::-1], 1))[: len(of.frequencies)]  # with that from frequencies below zero
+    sizes = np.abs(np.fft.fft(window(of.window, of.segment) * turns))
+    image = np.roll(sizes[::-1], 1)[: len(of.frequencies)]
+    sizes = sizes[: len(of.frequencies)]
+    once = np.where((of.frequencies == 0.0) | (2.0 * of.frequencies == of.rate), 0.5, 1.0)
+    squares, common = once * (sizes**2 + image**2), once * 2.0 * sizes * image
     main_lobe = _near(of, [frequency], half_lobe(of.window))
-    return float(np.sum(squares[of.within(band) & ~main_lobe]) / np.sum(squares[main_lobe]))
+    inside = float(np.sum(squares[main_lobe]))
+    return float(np.sum(squares[of.within(band) & ~main_lobe])) / inside, float(np.sum(common[main_lobe])) / inside
 
 
 def _beneath(of: Spectrum, rest: Any, lobe: int) -> Array:

@@ -157,3 +157,27 @@ def test_noise_has_no_tone() -> None:
 def test_too_few_lines_are_refused() -> None:
     with pytest.raises(ModelError, match="too few lines"):
         tones(spectrum(sine(100)[:16], rate=RATE, window="blackman-harris-7", segment=0))
+
+
+@pytest.mark.defect(
+    "S916", before="the rms of a tone of two cycles 8 % off, without a word", after="told to be in doubt"
+)
+@pytest.mark.parametrize(
+    ("window", "cycles", "apart", "told"),
+    [
+        ("blackman-harris-7", 2.0, 0.0788, True),  # what the worst of all phases makes of the rms
+        ("blackman-harris-7", 254.0, 0.0788, True),
+        ("flat-top", 3.0, 0.0078, True),
+        ("blackman-harris-7", 5.0, 1e-5, False),
+        ("hann", 2.0, 1e-9, False),
+    ],
+)
+def test_a_tone_that_overlaps_its_image_is_told(window: str, cycles: float, apart: float, told: bool) -> None:
+    """Sines of 512 values, of which a fit of sine and cosine has the rms to rounding."""
+    phases = np.linspace(0.0, math.pi, 13)[:, None]
+    rows = np.sin(2.0 * math.pi * cycles * np.arange(512) / 512.0 + phases) + 1e-9 * np.cos(np.arange(512) ** 2)
+    densities = [spectrum(row, rate=512.0, window=window, segment=0) for row in rows]
+    found = [tones(density, tone=cycles) for density in densities]
+    assert max(abs(one.rms * math.sqrt(2.0) - 1.0) for one in found) == pytest.approx(apart, rel=0.02, abs=2e-5)
+    assert {"overlaps its image" in tone_text(one, of) for one, of in zip(found, densities, strict=True)} == {told}
+    assert 0.99 * apart - 2e-5 < max(one.mirrored for one in found) < 2.0 * apart + 2e-5
