@@ -51,7 +51,7 @@ def tone_text(measured: Tones | None, of: Spectrum) -> str:
         )
     if measured.mirrored > _MIRRORED:
         lines.append(
-            f"  note: {measured.cycles:.4g} cycles are so near to zero or half the rate that the tone overlaps its image:"
+            f"  note: {measured.cycles:.4g} cycles are so near zero or half the rate that the tone overlaps its image:"
             f" rms may be off by {100.0 * measured.mirrored:.2g} %; run longer, or take a window of fewer terms"
         )
     if not measured.coherent:
