@@ -30,7 +30,8 @@ def live_study(path: Path, read: Callable[[], Study]) -> Background:
             with tempfile.TemporaryDirectory() as folder:
                 runs = min(_FIRST, study.runs)
                 while not stop.is_set():
-                    result = run_study(study, runs=runs, folder=folder, threads=1)
+                    own = str(runs) if study.design == "latin_hypercube" else ""  # more sensors are all others
+                    result = run_study(study, runs=runs, folder=Path(folder, own), threads=1)
                     tell(_message(path, result, study.runs))
                     if runs >= study.runs or result.interrupted:
                         return
