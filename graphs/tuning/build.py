@@ -56,6 +56,10 @@ def tuning_of(
         name: read.parameters(f"points.{name}", table, lambda entry, unit: read_quantity({"": entry}, "", unit))
         for name, table in read.entries("points", points)
     }
+    for name in frees:
+        if own_points and all(name in point for point in own_points.values()):
+            hint = "leave it out here, or in the points"
+            read.refuse(Refusal("leaves nothing free: every operating point sets it", hint), "free", read.written[name])
     corners = read.parameters("tolerances", tolerances, lambda value, unit: _tolerance(value))
     for key, entries, what, example in (("free", frees, "parameter", _FREE), ("goals", wanted, "goal", _GOAL)):
         if not entries and not read.problems:

@@ -105,13 +105,14 @@ class GoalsAt:
         readings, factors_of = {}, {}
         for case, (points, factors, age) in self.tuning.aged_cases().items():
             numbers = {**values, **points}
+            fixed = dict.fromkeys(points, 0.0)  # what is free elsewhere moves nothing here
             now = {**numbers, **self.tuning.adjustable.dependence.followed(numbers)}
             numbers |= {n: now.get(n, self.tuning.value(n)) * factor for n, factor in factors.items()}
             moves = dict(factors)
             if age is not None:
                 numbers, drifts = self.tuning.aged(numbers, age)
                 moves |= {name: factors.get(name, 1.0) * slope for name, slope in drifts.items()}
-            readings[case], factors_of[case] = self.evaluator.readings(numbers, slopes), moves
+            readings[case], factors_of[case] = self.evaluator.readings(numbers, slopes), moves | fixed
         self._measure_sizes(readings.values())
         slacks, objectives, growths = list[GoalRow](), list[GoalRow](), list[GoalRow]()
         for case, found in readings.items():

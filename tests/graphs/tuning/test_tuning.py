@@ -20,13 +20,13 @@ TEXT = INTEGRATING + TUNE
 
 def test_it_is_read_with_units(tmp_path: Path) -> None:
     path = tmp_path / "loop.toml"
-    more = '[tune.points]\nweak = { "controller.gain" = "50" }\n[tune.tolerances]\n"plant.gain" = "10 %"\n'
+    more = '[tune.points]\nweak = { "wanted.amplitude" = "50" }\n[tune.tolerances]\n"plant.gain" = "10 %"\n'
     path.write_text(TEXT + more, encoding="utf-8")
     tuning = read_tuning(path)
     assert tuning.free["controller.gain"].logarithmic, "its bounds are three decades apart"
     assert tuning.goals["phase"].at_least == 60.0
     assert tuning.goals["fast"].maximise
-    assert tuning.points["weak"] == {"controller.gain": 50.0}
+    assert tuning.points["weak"] == {"wanted.amplitude": 50.0}
     cases = tuning.cases()
     assert set(cases) == {"weak, corner 1", "weak, corner 2"}
     assert [factors["plant.gain"] for _, factors in cases.values()] == pytest.approx([0.9, 1.1])
@@ -118,6 +118,7 @@ good = { yield = "end", at_least = "90 %" }
 all = { yield = true, maximise = true }
 [tune.points]
 weak = { "controller.gain" = "50" }
+free = {}
 [tune.tolerances]
 "plant.gain" = "10 %"
 [study]
@@ -184,3 +185,12 @@ def test_a_yield_has_the_ages_of_its_study() -> None:
     assert str(problem).endswith(
         "ages: a yield has the ages of its study\n  got:      ['1 year']\n  hint:     leave ages out"
     )
+
+
+@pytest.mark.defect("S913", before="tuned although every operating point sets it", after="refused")
+def test_what_every_operating_point_sets_is_not_free() -> None:
+    tables = tomllib.loads(TUNE)["tune"]
+    graph = read_graph_text(INTEGRATING)
+    with pytest.raises(ModelError, match="leaves nothing free") as refused:
+        tuning_of(graph, **tables, points={"weak": {"controller.gain": 50.0}, "strong": {"controller.gain": 70.0}})
+    assert [problem.key for problem in refused.value.problems] == ['free."controller.gain"']

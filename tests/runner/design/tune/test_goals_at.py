@@ -165,3 +165,16 @@ runs = 8
 spread = { "gain.gain" = { normal = "10 %", relative = true } }
 limits = { end = { at_least = 0.9, at_most = 1.3 } }
 """
+
+
+@pytest.mark.defect(
+    "S913", before="a parameter was said to bind at its bound where an operating point sets it", after="nothing binds"
+)
+def test_what_an_operating_point_sets_does_not_count_there() -> None:
+    """gain level: where a point sets the level to 1.5 it is the highest, and least with the least gain."""
+    free = {"level.value": {"at_least": 0.1, "at_most": 1.0}, "gain.gain": {"at_least": 1.0, "at_most": 3.0}}
+    points: dict[str, Any] = {"set": {"level.value": 1.5}, "as it is": {}}
+    tuned = tune(scaled(0.5, 2.0), free=free, goals={"low": {**BIAS, "minimise": True}}, points=points, **FEW)
+    assert tuned.goals[0].after == pytest.approx(1.5)
+    assert tuned.goals[0].case == "set"
+    assert tuned.at_bounds == {"gain.gain": "lower"}
