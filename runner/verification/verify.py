@@ -252,7 +252,8 @@ def finding_of(measurements: Measurements, name: str, requirement: Requirement) 
         values, reason = [math.nan], "; ".join(f"{p.message}: {p.got}" if p.got else p.message for p in error.problems)
     except RunError as error:
         values, reason = [math.nan], str(error)
-    value = next((value for value in values if not low <= value <= high), values[-1])
+    missed = (value for value in values if not low <= value <= high)
+    value = next(missed, min(values, key=lambda value: min(value - low, high - value)))  # or next to its limit
     wanted = requirement.quantity
     quantity = wanted if isinstance(wanted, str) else str(quantity_of(measurements.flat, requirement))
     quantity += ", proved" if requirement.proved else ", worst case" if requirement.tolerances else ""

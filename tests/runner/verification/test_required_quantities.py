@@ -9,6 +9,8 @@ import tomllib
 import numpy as np
 import pytest
 
+from proofmass import Graph
+from proofmass.blocks import Constant
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.check import check
 from proofmass.graphs.files.toml_reader import read_graph_text
@@ -247,3 +249,23 @@ def test_mistakes_have_their_line(line: str, message: str, key: str) -> None:
     assert message in problem.message
     assert problem.key == f"requirements.odd.{key}"
     assert problem.line == text.count("\n")
+
+
+@pytest.mark.defect("S919", before="the highest value of a window, whatever its limits", after="that next to a limit")
+@pytest.mark.parametrize(
+    ("low", "high", "shown"), [(0.89, 2.0, 0.9), (0.0, 1.11, 1.1), (0.95, 2.0, 0.9), (0.0, 1.05, 1.1)]
+)
+def test_the_worst_case_of_a_window_is_next_to_its_limit(low: float, high: float, shown: float) -> None:
+    """A constant of 1 within 10 %."""
+    within = {"quantity": "m", "at_least": low, "at_most": high, "tolerances": {"a.value": "10 %"}}
+    graph = Graph(
+        name="a constant",
+        rate="1 kHz",
+        samples=1,
+        blocks={"a": Constant(value=1.0)},
+        measures={"m": {"signal": "a.output", "statistic": "last"}},
+        requirements={"R": within},
+    )
+    (finding,) = verify(Measurements(graph, None))
+    assert finding.value == pytest.approx(shown)
+    assert finding.met is (low <= shown <= high)
