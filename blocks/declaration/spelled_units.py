@@ -7,7 +7,7 @@ from fractions import Fraction
 from functools import lru_cache
 
 from proofmass.blocks.declaration.unit_expressions import unit
-from proofmass.blocks.declaration.units import fitting
+from proofmass.blocks.declaration.units import convertible, fitting
 
 _MOST_DIGITS = 17  # of a float
 _LEAST_PLAIN, _MOST_PLAIN = -4, 11  # powers of ten of numbers that are written without one
@@ -28,7 +28,8 @@ def spellings(own: str) -> tuple[tuple[str, tuple[dict[str, Fraction], ...]], ..
     wanted, factor = unit(own).exponents, unit(own).factor
 
     def choices(form: str) -> dict[str, Fraction]:
-        return {name: unit(form.replace("?", name)).factor / factor for name in fitting(form, r"\?", wanted)}
+        units = {name: form.replace("?", name) for name in fitting(form, r"\?", wanted)}
+        return {name: unit(text).factor / factor for name, text in units.items() if convertible(text, own)}
 
     whole = choices("?")
     forms: list[tuple[str, tuple[dict[str, Fraction], ...]]] = [("?", (whole,))] if whole else []

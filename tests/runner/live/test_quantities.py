@@ -86,3 +86,9 @@ def test_a_field_says_what_it_does_not_read() -> None:
     read = asked([], [[text, "V/um", ["1000000", "1"], forms("V/um")] for text in given])["numbers"]
     assert read[:3] == ["is not a number"] * 3
     assert read[3:] == [f"has the unit {unit}: write it in V/um" for unit in ("kg", "V/kg", "sqrt(V)/um")]
+
+
+@pytest.mark.defect("S917", before="2 kHz in a field of rad/s were 2000 rad/s", after="no spelling of it")
+def test_a_field_of_angles_takes_no_turns() -> None:
+    assert [form for form, _ in spellings("rad/s")] == ["?/?"]
+    assert [form for form, _ in spellings("Hz")] == ["?"]
