@@ -14,6 +14,7 @@ from proofmass.blocks.declaration.instance import format_of, shape_of, takes_uni
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import ModelError, Problem, problems_of_table
 from proofmass.blocks.declaration.unit_expressions import Unit, UnitError, unit
+from proofmass.blocks.declaration.units import convertible
 from proofmass.graphs.checks.chopping import chopping_notes
 from proofmass.graphs.checks.clocking import clocking_notes
 from proofmass.graphs.checks.names_used import as_written, bad_exports, bad_loops, once, unused_parts
@@ -241,6 +242,8 @@ def _mismatches(wire: Wire, source: tuple[Block, Port], target: tuple[Block, Por
         if source_unit.exponents != target_unit.exponents:
             same = f"{source_unit.in_base_units()} is not {target_unit.in_base_units()}"
             yield mismatch("the units do not match", got, expected, f"{same}; {convert}")
+        elif not convertible(got, expected):
+            yield mismatch("the units do not match", got, expected, f"one turn is 2 pi rad; {convert}")
         elif source_unit != target_unit:
             factor = f"{float(source_unit.factor / target_unit.factor):g}"
             yield mismatch(f"the units differ by a factor of {factor}", got, expected, convert)

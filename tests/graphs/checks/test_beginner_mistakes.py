@@ -4,8 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from proofmass import Graph
+from proofmass.blocks import Constant, Gain
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.checks.check import checked
+from proofmass.graphs.checks.check import check, checked
 from proofmass.graphs.files.toml_reader import read_graph
 from tests.by_hand.graph_texts import SMALL, changed, said_about
 
@@ -168,3 +170,20 @@ model.toml:27: blocks.adc.bist: AnalogToDigital has no such parameter
   got:      'bist'
   hint:     did you mean bits?"""
     )
+
+
+@pytest.mark.defect("S917", before="a wire from 2 rad/s made a frequency of 2 Hz of it", after="refused")
+@pytest.mark.parametrize(
+    ("source", "target", "fits"), [("rad/s", "Hz", False), ("Hz", "rad/s", False), ("1/s", "Hz", True)]
+)
+def test_a_wire_takes_no_angle_for_turns(source: str, target: str, fits: bool) -> None:
+    graph = Graph(
+        name="two",
+        rate="1 kHz",
+        blocks={"from": Constant(value=2.0, unit=source), "to": Gain(input_unit=target)},
+        wires=["from.output -> to.input"],
+        probes=["to.output"],
+    )
+    found = [problem for problem in check(graph) if not problem.note]
+    assert [problem.message for problem in found] == ["the units do not match"] * (not fits)
+    assert all("one turn is 2 pi rad" in problem.hint for problem in found)
