@@ -341,6 +341,12 @@ def test_angle_is_not_taken_for_turns(text: str, target: str, hint: str) -> None
     assert not convertible(text.split(maxsplit=1)[1], target)
 
 
+def test_what_no_double_holds_is_refused_too() -> None:
+    with pytest.raises(UnitError, match="rad/s is angle, not turns a second"):
+        convert("1e400 rad/s", "Hz")
+    assert convert_exactly("1e400 V", "mV") == 10**403
+
+
 @pytest.mark.parametrize(
     ("text", "target", "value"),
     [
