@@ -45,7 +45,7 @@ class OverPhases:
     def noted(self, found: Margins, node: Endpoint) -> Margins:
         """Return the margins of a loop, with a note where they are others at other phases of what oscillates."""
         system = found.system
-        if not (found.hidden and found.stable) or system.per_period > 1 or system.map.others:
+        if not (found.hidden and found.stable and system.map.tick) or system.per_period > 1 or system.map.others:
             return found
         about, _ = self._points.about_loop(node)
         ends = Ends((node,), (node,), cut=True)
@@ -88,7 +88,7 @@ class OverPhases:
         key, course = (entry, period, number), about.course
         if key not in self._settled:
             own = Course(course.plan, course, begin=_moved(start(course.plan), entry, number / PHASES))
-            tick = settled_tick(own) if about.tick else 0
+            tick = settled_tick(own)
             self._settled[key] = own.at(tick + -tick % period)
         return self._settled[key]
 
@@ -109,6 +109,7 @@ def _turning(about: Linearisation, point: OrbitPoint, blocks: Collection[str]) -
         if entry[0] in blocks and type(held_in(memory, entry, point.rings)) is float:
             still, part, whole = (after(entry, turn) for turn in (0.0, 1.0 / PHASES, 1.0))
             stays = abs((part - still)[number] - 1.0 / PHASES) <= _ROUNDED
+            scale[number] = max(scale[number], 1.0)  # a turn
             if stays and (np.abs(whole - still) <= _ROUNDED * scale).all():
                 return entry
     return None
@@ -143,7 +144,7 @@ def _limits(found: Margins) -> tuple[float, float]:
 def _quickly(found: Margins, system: OpenLoop) -> tuple[float, float] | None:
     """Return the gain and phase margin of a loop like another one in floating point, None if they are not sure."""
     loop, turn = open_loops(system), 2.0 * math.pi * system.map.period
-    neutral = neutral_mode(loop)
+    neutral = neutral_mode(loop) if len(system.map.states) > 1 else None
     if neutral is None:
         return None
     left, _ = neutral.left_out(loop)

@@ -1,0 +1,115 @@
+"""Ranges of margins over the phase of an oscillator that nothing holds: closed forms, other starts, proofs at places.
+
+An integrator of gain g T bears a factor of 2 / (g T). Here g is 100 (1 + sin(2 pi p) / 2), with the phase p of an
+oscillator in the one tick of four in which the loop computes. The error pushes it, and nothing brings it back.
+"""
+
+import math
+import re
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+
+from proofmass import margins, read_graph
+from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.runner.design.proof.least_found import Sensors, margins_there
+from proofmass.runner.design.proof.wanted import RestRuns, about_margin
+from proofmass.runner.planning.plan import plan
+from tests.by_hand.amounts import chosen
+
+TEXT = """
+name = "a gain that turns"
+rate = "4 kHz"
+samples = 4001
+wires = ["carrier.sine -> half.input", "half.output -> factor.first", "one.output -> factor.second",
+         "factor.output -> product.first", "error.output -> product.second", "product.output -> plant.input",
+         "step.output -> error.first", "plant.output -> error.second", "error.output -> carrier.control"]
+probes = ["factor.output"]
+[loops.main]
+open_at = "error.output"
+[blocks.one]
+kind = "Constant"
+value = 1.0
+[blocks.carrier]
+kind = "NumericallyControlledOscillator"
+frequency = "1 kHz"
+initial_phase = 0.0
+control_unit = "1"
+gain = 0.002
+[blocks.half]
+kind = "Gain"
+gain = 0.5
+[blocks.factor]
+kind = "Sum"
+[blocks.product]
+kind = "Product"
+[blocks.plant]
+kind = "DiscreteIntegrator"
+rate = "1 kHz"
+output_unit = "1"
+gain = 100.0
+[blocks.step]
+kind = "Constant"
+value = 1.0
+[blocks.error]
+kind = "Difference"
+rate = "1 kHz"
+"""
+GRAPH = read_graph_text(TEXT)
+
+
+def noted(text: Sequence[str]) -> list[str]:
+    return [note for note in text if note.startswith("over the phase of")]
+
+
+def decibels(factor: float) -> str:
+    return f"{20.0 * math.log10(2.0 / (0.1 * factor)):.2f}"
+
+
+def degrees(factor: float) -> str:
+    """|L| = 1 at 2 sin(w / 2) = g T, where the phase is -90 deg - w / 2."""
+    return f"{90.0 - math.degrees(math.asin(0.05 * factor)):.2f}"
+
+
+def begun(eighths: int) -> Any:
+    return GRAPH.with_parameters({"carrier.initial_phase": 0.25 * math.pi * eighths})
+
+
+@pytest.mark.parametrize("eighths", chosen([0, 5], [1, 4, 7]))
+def test_the_range_is_that_of_the_closed_form_wherever_the_run_begins(eighths: int) -> None:
+    """The error moves the phase by 4e-5 of a turn at most: 0.002 Hz while it is one, for 1 / g = 20 ms."""
+    found: Any = margins(begun(eighths), at="settled")
+    assert found.gain_margin == pytest.approx(20.0 / (1.0 + 0.5 * math.sin(0.25 * math.pi * eighths)), rel=1e-3)
+    assert noted(found.system.map.notes) == [
+        "over the phase of carrier to the schedule, which nothing holds:"
+        f" gain margin {decibels(1.5)} to {decibels(0.5)} dB and phase margin {degrees(1.5)} to {degrees(0.5)} deg"
+    ]
+    assert noted(found.as_data()["notes"]) == noted(found.system.map.notes)
+
+
+def test_an_oscillator_that_starts_with_what_it_follows_has_no_range() -> None:
+    """A phase that the loop pulls to zero is held."""
+    held = TEXT.replace(
+        '"error.output -> carrier.control"', '"carrier.sine -> pull.input", "pull.output -> carrier.control"'
+    )
+    held += '[blocks.pull]\nkind = "Gain"\nrate = "1 kHz"\ngain = -50.0\n'
+    assert noted(margins(read_graph_text(held), at="settled").system.map.notes) == []
+
+
+@pytest.mark.exhaustive
+def test_the_range_of_a_gyroscope_is_that_at_places_of_its_carrier() -> None:
+    """Points of rest by Newton's method at places of the phase, about which proofs are."""
+    graph = read_graph("library:closed_loop_gyroscope")
+    planned = plan(graph)
+    begin, (claim,) = about_margin(planned, "rate", "auto", "gain margin", 6.0)
+    _, rest = RestRuns(planned, "auto").begun(begin, claim, lambda: False)
+    assert rest is not None
+    (place,) = rest.places
+    sensors = Sensors(graph, rest)
+    least, most = (margins_there(sensors, claim, {place.name: place.nominal + turn}) for turn in (0.125, 0.375))
+    (note,) = noted(margins(graph, "rate").system.map.notes)
+    told = [float(number) for number in re.findall(r"\d+\.\d\d", note)]
+    gains, phases = ([getattr(one, name) for one in (least, most)] for name in ("least_gain_margin", "phase_margin"))
+    assert told == pytest.approx([*gains, *map(math.degrees, phases)], abs=0.05)
+    assert told[1] - told[0] > 5.0
