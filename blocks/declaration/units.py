@@ -19,7 +19,7 @@ _SIMPLE_BRACKET = re.compile(r"(?<!\w)\((\w+)\)")  # not that of sqrt(Hz)
 _FACTOR_OF_ONE = re.compile(r"(?<![\w.^-])1\*|[*/]1(?![\w.^])")
 _ANGLE = re.compile(r"(?<![A-Za-zµμ])[A-Za-zµμ]{0,2}rad(?![A-Za-z])|(?<![A-Za-z])deg(?![A-Za-z])|°")
 _TURNS = re.compile(r"(?<![A-Za-zµμ])[A-Za-zµμ]{0,2}Hz(?![A-Za-z])")
-_TURN, _HUGE = 2.0 * math.pi, 10**300  # rad, and what is told in digits no more
+_TURN, _HUGE = Fraction(2.0 * math.pi), 10**300  # rad, and what is told in digits no more
 _HERTZ, _RADIANS = re.compile(r"Hz(/|$)"), re.compile(r"rad/s(/|$)")
 _QUANTITY = re.compile(
     r"\s*(?P<number>[+-]?(?:[0-9][0-9_]*\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?(?:/[0-9]+)?)\s*(?P<unit>.*?)\s*"
@@ -106,10 +106,14 @@ def _is_turns(one: str, other: str) -> bool:
 
 def _refuse_turns(symbol: str, target: str, value: Fraction) -> None:
     """Raise `UnitError` where a unit counts angle and the one that is wanted counts turns, or the other way round."""
-    for mixes, words, turns in ((_is_angle, "angle, not turns", 0.5 / math.pi), (_is_turns, "turns, not angle", _TURN)):
-        if mixes(symbol, target):
-            number = f"{float(value * Fraction(turns)):.10g}" if abs(value) < _HUGE else ""
-            raise UnitError(f"{symbol} is {words} a second", f'write "{number} {short_unit(target)}"' if number else "")
+    if _is_angle(symbol, target):
+        raise UnitError(f"{symbol} is angle, not turns a second", _written(value / _TURN, target))
+    if _is_turns(symbol, target):
+        raise UnitError(f"{symbol} is turns, not angle a second", _written(value * _TURN, target))
+
+
+def _written(value: Fraction, target: str) -> str:
+    return f'write "{float(value):.10g} {short_unit(target)}"' if abs(value) < _HUGE else ""
 
 
 def _of_dimension(number: Fraction, symbol: str, target: str) -> str:
