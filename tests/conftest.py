@@ -41,6 +41,13 @@ def pytest_collection() -> Iterator[None]:
         gc.set_threshold(100_000, 50, 100)
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_unconfigure() -> None:
+    """Collect what a session leaves once, before pytest looks for errors in it five times."""
+    gc.collect()
+    gc.freeze()
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Before anything is collected, and for every process that a test starts or that runs tests beside this one."""
     sys.dont_write_bytecode = False  # or 800 files of tests would be compiled anew, a third of a collection
