@@ -14,6 +14,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Endpoint
+from proofmass.graphs.model.loops import SETTLED
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Course, Onward
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints, of_wires
@@ -31,7 +32,7 @@ from proofmass.runner.plan.memory import Memory, start
 
 PHASES = 8  # of a turn
 _ALIKE = 1e-6  # part of L by which it is the same at another phase
-_UNEVEN = 0.2  # of a step from phase to phase, by which one may be off where it is the same that only began later
+_UNEVEN = 0.2  # of a step from phase to phase, by which one may be off that only began later
 _ROUNDED = 1e-9  # part of what makes up a number, by which a whole turn may move it
 
 
@@ -48,6 +49,8 @@ class OverPhases:
         if not (found.hidden and found.stable and system.map.tick) or system.per_period > 1 or system.map.others:
             return found
         about, _ = self._points.about_loop(node)
+        if about.at != SETTLED:
+            return found
         ends = Ends((node,), (node,), cut=True)
         entry = _turning(about, about.point_of(ends), {name for mode in found.hidden for name in mode.blocks})
         try:
@@ -61,7 +64,6 @@ class OverPhases:
 
     def _told(self, found: Margins, about: Linearisation, ends: Ends, entry: Entry) -> str:
         """Return the range of the margins in words, "" where they hardly change; raises `ModelError`."""
-
         period = ends.common_period(about.plan)
 
         @cache
@@ -77,8 +79,7 @@ class OverPhases:
 
         if not (apart(0, 1, FROZEN) or apart(0, 3, FROZEN)):
             return ""
-        late = [(place(number) - place(0)) * PHASES - number for number in (1, 3)]
-        if any(abs(off - PHASES * round(off / PHASES)) > _UNEVEN for off in late):
+        if any(_off_turns(place(number) - place(0) - number / PHASES) > _UNEVEN / PHASES for number in (1, 3)):
             return ""  # something else holds it, as what vibrates from the start
         twice = not (apart(0, 4, _ALIKE) or apart(1, 5, _ALIKE))  # as a square, in a turn
         return _ranges(found, map(loop, range(1, PHASES // 2 if twice else PHASES)))
@@ -96,7 +97,7 @@ class OverPhases:
 def _turning(about: Linearisation, point: OrbitPoint, blocks: Collection[str]) -> Entry | None:
     """Return a number that some blocks remember whose whole turns change nothing; None if there is none.
 
-    A part of a turn stays what it is.
+    A part of a turn stays, but for what follows it.
     """
     memory, states = point.memory or about.memory(), point.map.states
 
@@ -108,11 +109,16 @@ def _turning(about: Linearisation, point: OrbitPoint, blocks: Collection[str]) -
     for number, entry in enumerate(states):
         if entry[0] in blocks and type(held_in(memory, entry, point.rings)) is float:
             still, part, whole = (after(entry, turn) for turn in (0.0, 1.0 / PHASES, 1.0))
-            stays = abs((part - still)[number] - 1.0 / PHASES) <= _ROUNDED
+            stays = _off_turns((part - still)[number] - 1.0 / PHASES) <= _UNEVEN / PHASES
             scale[number] = max(scale[number], 1.0)  # a turn
             if stays and (np.abs(whole - still) <= _ROUNDED * scale).all():
                 return entry
     return None
+
+
+def _off_turns(number: float) -> float:
+    """Return how far a number is from whole turns."""
+    return abs(number - round(number))
 
 
 def _numbers(memory: Memory, states: Sequence[Entry], rings: Rings) -> Array:
