@@ -14,6 +14,8 @@ from contextlib import closing
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from threadpoolctl import threadpool_limits
+
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.graph import Graph
@@ -34,7 +36,6 @@ from proofmass.runner.design.proof.search import Searched
 from proofmass.runner.design.proof.wanted import RestRuns, Subject, about_loops, about_margin, about_outputs
 from proofmass.runner.design.worst.box import box_of
 from proofmass.runner.design.worst.ranges import Range
-from proofmass.runner.host.blas import one_thread
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Told
 from proofmass.runner.host.processors import processors
@@ -42,6 +43,7 @@ from proofmass.runner.host.progress import Progress
 from proofmass.runner.planning.plan import plan
 
 SECONDS = 60.0
+_BLAS = "blas"  # which has one thread while a proof is searched: with several they wait, since matrices are small
 _STAY = "it is that of parameters that stay as they are"
 _MOVES = "where a sensor rests is known for parameters that stay as they are"
 _WHOLE_DELAYS = "the wire has several values in a period, and its delay margin is a count of them"
@@ -195,7 +197,7 @@ def prove(
     proofs = dict[Claim, MarginProof]()
     digital = list[DigitalProof]()
     every = sum(len(own) for _, own in subjects) + len(of_digital)
-    with interrupts() as stop, one_thread():
+    with interrupts() as stop, threadpool_limits(1, _BLAS):
         part = DigitalProofs(planned, input_ranges or {}, stop, time.monotonic() + seconds)
         for output in of_digital:
             digital.append(part.rounding(output, (rounding or {})[output]) if output else part.no_overflow())
@@ -238,7 +240,7 @@ def prove_margin(
     planned = plan(graph)
     subjects, rests = [about_margin(planned, loop, at, kind, limit)], RestRuns(planned, at)
     coordinates, none = coordinates_of(planned, ranges), KnownProofs(())
-    with interrupts() as stop, one_thread():
+    with interrupts() as stop, threadpool_limits(1, _BLAS):
         proving = _Proving(graph, rests, coordinates, False, time.monotonic() + seconds, stop, none, processors())
         return next(proving.proofs(subjects))
 
