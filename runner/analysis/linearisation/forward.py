@@ -200,8 +200,9 @@ class Course:
 
     def at(self, tick: int, progress: Progress | None = None, of: int = 0) -> Memory:
         """Return the memory at the start of a tick of a run of `of` ticks; raises `ModelError` if the run fails."""
-        begin = (self._begin and self._begin.copy()) or start(self.plan)
-        return begin if tick == 0 else self._reach(tick, progress, of).memory().copy()
+        if tick:
+            return self._reach(tick, progress, of).memory().copy()
+        return start(self.plan) if self._begin is None else self._begin.copy()
 
     def numbers(self, entries: tuple[Entry, ...], tick: int, progress: Progress | None = None, of: int = 0) -> Array:
         """Return real numbers that blocks hold at the start of a tick; raises `ModelError` if the run fails."""
