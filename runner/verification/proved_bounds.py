@@ -9,7 +9,7 @@ from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.graphs.model.loops import VERDICTS
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.design.proof.claim import KINDS, Claim
-from proofmass.runner.design.worst.box import box_of
+from proofmass.runner.design.worst.box import varied
 from proofmass.runner.studies.shown.proved import ProvedBound
 from proofmass.runner.verification.certificates import graph_digest
 from proofmass.runner.verification.proof_checker import FalseCertificateError, check_certificate
@@ -33,7 +33,8 @@ def proved_bounds(certificate: str, study: Study, measures: Sequence[str]) -> li
 
 
 def _bounds(claims: Sequence[Mapping[str, Any]], study: Study, measures: Sequence[str]) -> Iterator[ProvedBound]:
-    varied = {r.written: (r.low, r.high) for r in box_of(study, {}).ranges} if study.spread or study.drift else {}
+    box = varied(study, {})
+    needed = {r.written: (r.low, r.high) for r in (box.hulls() if box else ())}
     for one in claims:
         told: dict[str, Any] = {key: one[key] for key in ("loop", "open_at", "kind", "limit", "period")}
         told |= {key: bool(one.get(key)) for key in ("any_change", "at_rest")}
@@ -46,7 +47,7 @@ def _bounds(claims: Sequence[Mapping[str, Any]], study: Study, measures: Sequenc
             f"{each['name']} from {' to '.join(in_print(end, each['unit'], 6) for end in sides[each['name']])}"
             for each in varying
         ]
-        beyond = tuple(name for name, ends in varied.items() if name not in sides or not _within(ends, sides[name]))
+        beyond = tuple(name for name, ends in needed.items() if name not in sides or not _within(ends, sides[name]))
         shown = measure if measure in measures else ""
         limit = claim.limit if claim.unit else VERDICTS["stable"]
         yield ProvedBound(shown, f"{claim.about}: {claim}", limit, ", ".join(words) or "nothing varies", beyond)

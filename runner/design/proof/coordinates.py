@@ -17,8 +17,7 @@ from typing import Any
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.formulas.operations import OPERATIONS
 from proofmass.graphs.model.adjustable import Adjustable
-from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.graph import split
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.design.proof.closed_loop import OpenCorners
 from proofmass.runner.design.proof.half_plane import PoleRegion
@@ -158,23 +157,6 @@ def coordinates_of(plan: Plan, ranges: Sequence[Range]) -> Coordinates:
     if problems:
         raise ModelError([plan.graph.placed(problem) for problem in problems])
     return found
-
-
-def provable(graph: Graph, ranges: Sequence[Range]) -> tuple[list[Range], dict[str, str]]:
-    """Return the ranges that a proof varies, and why the others do not count.
-
-    Of a list of values it varies all between the least and the largest.
-    """
-    adjustable, reason = Adjustable(flatten(graph)), "drift and ages are not in a proof"
-    left_out = {r.written: reason for r in ranges if not _is_number(adjustable, r.name)}
-    return [replace(r, choices=()) for r in ranges if r.written not in left_out], left_out
-
-
-def _is_number(adjustable: Adjustable, name: str) -> bool:
-    if adjustable.is_value(name):
-        return True
-    block, _, parameter = name.rpartition(".")
-    return block in adjustable.flat.blocks and parameter in type(adjustable.flat.blocks[block]).parameters
 
 
 def _product(of: Range) -> dict[str, Any]:

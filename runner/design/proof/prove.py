@@ -27,14 +27,14 @@ from proofmass.runner.design.proof.ball_map import Starting
 from proofmass.runner.design.proof.box_maps import BoxMaps
 from proofmass.runner.design.proof.claim import BIAS, PEAK, RMS, SCALE_FACTOR, Claim
 from proofmass.runner.design.proof.constants_and_rates import change_rates, with_constants
-from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of, provable
+from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of
 from proofmass.runner.design.proof.digital_proof import DigitalProof, DigitalProofs
 from proofmass.runner.design.proof.least_found import Sensors
 from proofmass.runner.design.proof.products import with_products
 from proofmass.runner.design.proof.rest_maps import TIME_IS_UP
 from proofmass.runner.design.proof.search import Searched
 from proofmass.runner.design.proof.wanted import RestRuns, Subject, about_loops, about_margin, about_outputs
-from proofmass.runner.design.worst.box import box_of
+from proofmass.runner.design.worst.box import ToleranceBox, varied
 from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Told
@@ -71,6 +71,7 @@ class Proofs(Told):
     constants: frozenset[str] = frozenset()  # ranges that are constant values of sources
     lost_workers: int = 0  # processes that ended early: others did their part
     rates: tuple[float, ...] = ()  # at which the parameters of the ranges may change, in their units per second
+    ageing: frozenset[str] = frozenset()  # ranges that hold all that a parameter is at the ages of a study
 
     @property
     def proved(self) -> bool:
@@ -92,6 +93,7 @@ class Proofs(Told):
             "interrupted": self.interrupted,
             "constants": sorted(self.constants),
             **({"rates": [*self.rates]} if self.rates else {}),
+            **({"ageing": sorted(self.ageing)} if self.ageing else {}),
             **({"lost_workers": self.lost_workers} if self.lost_workers else {}),
             "left_out": dict(self.left_out),
         }
@@ -169,7 +171,8 @@ def prove(
     >>> prove(read_graph("library:closed_loop_accelerometer"), gain_margin="20 dB").proved
     True
     """
-    graph, ranges, left_out = _varied(source, tolerances)
+    graph, box = _read(source, tolerances or {})
+    ranges = box.hulls() if box else []
     held = ({input: 0.0} if bias and input else {}) | dict(constants or {})
     planned = plan(graph)
     sensor, of_constants = with_constants(graph, planned, held, ranges)
@@ -215,11 +218,12 @@ def prove(
             coordinates.ranges,
             tuple(proofs.values()),
             stop.is_set(),
-            left_out,
+            box.left_out if box else {},
             tuple(digital),
             names,
             sum(proving.lost),
             rates,
+            box.ageing if box else frozenset(),
         )
 
 
@@ -236,25 +240,19 @@ def prove_margin(
 
     Raises `ModelError`.
     """
-    graph, ranges, _ = _varied(source, tolerances)
+    graph, box = _read(source, tolerances or {})
     planned = plan(graph)
     subjects, rests = [about_margin(planned, loop, at, kind, limit)], RestRuns(planned, at)
-    coordinates, none = coordinates_of(planned, ranges), KnownProofs(())
+    coordinates, none = coordinates_of(planned, box.hulls() if box else []), KnownProofs(())
     with interrupts() as stop, threadpool_limits(1, _BLAS):
         proving = _Proving(graph, rests, coordinates, False, time.monotonic() + seconds, stop, none, processors())
         return next(proving.proofs(subjects))
 
 
-def _varied(
-    source: GraphSource | Study, tolerances: Mapping[str, Any] | None
-) -> tuple[Graph, list[Range], dict[str, str]]:
-    """Return the graph, the ranges of what varies, if anything does, and why others do not."""
-    graph = source.graph if isinstance(source, Study) else graph_from(source)
-    if not (tolerances or (isinstance(source, Study) and (source.spread or source.sweep or source.drift))):
-        return graph, [], {}
-    box = box_of(source if isinstance(source, Study) else graph, tolerances or {})
-    ranges, left_out = provable(graph, box.ranges)
-    return graph, ranges, box.left_out | left_out
+def _read(source: GraphSource | Study, tolerances: Mapping[str, Any]) -> tuple[Graph, ToleranceBox | None]:
+    """Return the graph, and the box of what varies, if anything does."""
+    study = source if isinstance(source, Study) else graph_from(source)
+    return study.graph if isinstance(study, Study) else study, varied(study, tolerances)
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,11 @@ def _box(proofs: Proofs) -> str:
     if not proofs.ranges:
         return f"{where}; {_NOTHING_VARIES}"
     rates = proofs.rates or (0.0,) * len(proofs.ranges)
-    return f"for every sensor, {where}, with {', '.join(map(_side, proofs.ranges, rates))}"
+    sides = (
+        _side(r, rate) + ", at all ages" * (r.written in proofs.ageing)
+        for r, rate in zip(proofs.ranges, rates, strict=True)
+    )
+    return f"for every sensor, {where}, with {', '.join(sides)}"
 
 
 def _where(claim: Claim) -> str:

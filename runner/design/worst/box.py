@@ -11,6 +11,7 @@ than the corner of m independent ones counts. Alone, a parameter takes the other
 expected values, and opposite ends of two that are fully correlated do not exist.
 """
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
@@ -25,12 +26,13 @@ from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.ageing import LAWS, WALK, Drift
 from proofmass.graphs.studies.distributions import NORMAL, Spread
 from proofmass.graphs.studies.study import Study
-from proofmass.runner.design.worst.ranges import SIGMAS, Range, Tolerance, read_tolerances
+from proofmass.runner.design.worst.ranges import MIDDLE, SIGMAS, Range, Tolerance, read_tolerances
 from proofmass.runner.host.arrays import AnyArray
 
 _STEP = 1e-6  # of a place, for derivatives of the box itself
 BOTH_WAYS, UP, DOWN = (-1.0, 1.0), (0.0, 1.0), (-1.0, 0.0)  # of derivatives by a place
 _TOWARDS = 0.5  # the place of all others where a coordinate is tried too: about 0 a relative spread leaves no room
+AGE = "age"
 _PER = {"ramp": "/s", "arrhenius": "/s", WALK: "/sqrt(s)"}
 
 _minimise: Any = scipy.optimize.minimize
@@ -57,6 +59,12 @@ def box_of(source: Graph | Study, tolerances: Mapping[str, Any]) -> "ToleranceBo
     return box
 
 
+def varied(source: Graph | Study, tolerances: Mapping[str, Any]) -> "ToleranceBox | None":
+    """Return the box of what tolerances and a study let vary; none where they say nothing."""
+    of_study = isinstance(source, Study) and (source.spread or source.sweep or source.drift)
+    return box_of(source, tolerances) if tolerances or of_study else None
+
+
 class ToleranceBox:
     """The coordinates of a study or of tolerances, and the parameters at any place."""
 
@@ -66,20 +74,28 @@ class ToleranceBox:
         self.left_out: dict[str, str] = {}  # why something that varies does not count
         self._scales: list[float] = []  # of the deviate of each coordinate; negative where it lowers the parameter
         self._chosen: dict[str, list[Move]] = {}
+        self._own: dict[str, list[int]] = {}  # coordinates of each parameter, and the age where it drifts
+        self.ageing: frozenset[str] = frozenset(map(study.name_of, study.drift)) if study else frozenset()
         if study is not None:
             for name, values in study.sweep.items():
                 twice = name in study.spread or name in study.drift
                 written = f"sweep.{study.name_of(name)}" if twice else study.name_of(name)
                 self._chosen[name] = [self._choice(name, written, study.unit_of(name), values, study.nominal(name))]
+                self._own[name] = [len(self.ranges) - 1]
             self._age = self._ages(study)
+        ages = [place for place, wanted in enumerate(self.ranges) if wanted.name == AGE]
         for name in dict.fromkeys([*(study.spread if study else ()), *(study.drift if study else ()), *tolerances]):
-            moves = self._chosen.setdefault(name, [])
+            moves, first = self._chosen.setdefault(name, []), len(self.ranges)
             if name in tolerances:
                 moves.append(self._tolerance(name, tolerances[name]))
             elif study is not None and name in study.spread:
                 moves.append(self._spread(study, name, study.spread[name]))
             if study is not None and name in study.drift:
                 moves.append(self._drift(study, name, study.drift[name]))
+                self._own[name] = [*self._own.get(name, ()), *ages]
+            self._own[name] = [*self._own.get(name, ()), *range(first, len(self.ranges))]
+        self._every = tuple(self.ranges)
+        self._written = dict(study.written if study else {}) | {name: one.written for name, one in tolerances.items()}
         self._groups = list(self._correlated(study, tolerances)) if study else []
         self._order = sorted(self._chosen, key=lambda name: adjustable.dependence.places.get(name, -1))
         if study is not None:
@@ -131,6 +147,37 @@ class ToleranceBox:
         widths = {name: max(at[name] for at in alone) - min(at[name] for at in alone) for name in self._order}
         return {name: width for name, width in widths.items() if width > 0.0}
 
+    def hulls(self) -> list[Range]:
+        """Return the parameters that vary, each with all that it is at any age while those it follows from are nominal.
+
+        The value of the graph is in it.
+        """
+        hulls = list[Range]()
+        for name in sorted(self._own):
+            nominal = self._adjustable.nominal(name)
+            values = [nominal, *self._alone(name)]
+            if min(values) < max(values):
+                written, unit = self._written.get(name, name), self._adjustable.unit_of(name)
+                hulls.append(Range(name, written, unit, nominal, min(values), max(values)))
+        return hulls
+
+    def _alone(self, name: str) -> Iterator[float]:
+        """Yield a parameter at the ends of its own coordinates, in which it is monotone, at all ages and choices."""
+        ends = [self._ends(place) for place in self._own[name]]
+        for corner in itertools.product(*ends):
+            deviates, value = [0.0] * len(self._scales), self._adjustable.nominal(name)
+            for place, deviate in zip(self._own[name], corner, strict=True):
+                deviates[place] = deviate
+            for move in self._chosen[name]:
+                value = move(value, deviates)
+            yield value
+
+    def _ends(self, place: int) -> Sequence[float]:
+        last = len(self._every[place].choices) - 1
+        if last < 0:
+            return [-self._scales[place], self._scales[place]]
+        return [(2.0 * number - last) / last or MIDDLE for number in range(last + 1)] if last else [0.0]
+
     def refused(self) -> Iterator[Problem]:
         """Yield the coordinates with ends that a block does not take, all others nominal."""
         for row, wanted in zip(np.eye(len(self.ranges)), self.ranges, strict=True):
@@ -177,7 +224,7 @@ class ToleranceBox:
     def _ages(self, study: Study) -> Callable[[Sequence[float]], float]:
         if not study.drift or len(study.epochs) == 1:
             return lambda _: study.epochs[0]
-        chosen = self._choice("age", "age", "s", study.epochs, study.epochs[0])
+        chosen = self._choice(AGE, AGE, "s", study.epochs, study.epochs[0])
         return lambda at: chosen(0.0, at)
 
     def _tolerance(self, name: str, tolerance: Tolerance) -> Move:

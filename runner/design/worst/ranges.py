@@ -15,7 +15,7 @@ from proofmass.graphs.studies.study_tables import StudyTables
 
 SIGMAS = 3.0  # of a normal distribution that is not truncated
 _TRIED = 9  # choices of a list
-_MIDDLE = 1e-9  # a place in the middle of a list; 0 is the nominal value
+MIDDLE = 1e-9  # a place in the middle of a list; 0 is the nominal value
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Range:
             return [-place]
         many = min(len(self.choices), _TRIED)
         every = [2.0 * number / (many - 1) - 1.0 for number in range(many)]
-        return [other or _MIDDLE for other in every if self.at(other or _MIDDLE) != self.at(place)]
+        return [other or MIDDLE for other in every if self.at(other or MIDDLE) != self.at(place)]
 
 
 @dataclass(frozen=True)

@@ -59,7 +59,7 @@ def test_the_study_of_a_graph_says_what_varies(loop: str, capsys: Captured) -> N
     assert main(["prove", loop, "--gain-margin", "18.7 dB", "--phase-margin", "79.9 deg"]) == 0
     shown = capsys.readouterr().out
     assert "controller.gain from 90 to 110, plant.gain from 0.9 1/s to 1.05 1/s" in shown
-    assert "since drift and ages are not in a proof" in shown
+    assert "wanted.amplitude from 1 to 1, at all ages" in shown
     assert main(["prove", loop, "--gain-margin", "18.7 dB", "--set", "controller.gain=110"]) == 1
     assert "controller.gain from 99 to 121" in capsys.readouterr().out
     Path(loop).write_text(f"{INTEGRATING}[study]\nruns = 10\n", encoding="utf-8")

@@ -47,6 +47,24 @@ def test_bounds_are_those_of_the_certificate_and_say_what_goes_beyond_them(proof
     assert proved_bounds(proof, study_of(5.0), [])[1].measure == ""
 
 
+@pytest.mark.defect("S918", before="all of a sweep lies within what is proved", after="what lies beyond is named")
+def test_what_a_study_sweeps_beyond_a_proof_is_named(proof: str) -> None:
+    """The proof has gains from 90 to 110."""
+    for gains, beyond in (([95.0, 110.0], ()), ([95.0, 111.0], ("controller.gain",))):
+        study = read_study_text(
+            f"""{INTEGRATING}[study]\nmargins = "0 s"\nsweep = {{ "controller.gain" = {gains} }}\n"""
+        )
+        assert {one.beyond for one in proved_bounds(proof, study, MEASURES)} == {beyond}
+
+
+def test_what_ages_beyond_a_proof_is_named(proof: str) -> None:
+    ages = """[study.epochs]\nages = ["0 h", "1 year"]\n[study.drift]\n"controller.gain" = { ramp = "6 1/year" }\n"""
+    aged = read_study_text(INTEGRATING + STUDY.format(width=5) + ages)
+    assert {one.beyond for one in proved_bounds(proof, aged, MEASURES)} == {("controller.gain",)}
+    within = read_study_text(INTEGRATING + STUDY.format(width=5) + ages.replace("6 1", "4 1"))
+    assert {one.beyond for one in proved_bounds(proof, within, MEASURES)} == {()}
+
+
 def test_scale_factors_stand_in_the_table_of_a_report() -> None:
     study = study_of(5.0)
     text = certificate(prove(study, input="wanted.output", scale_factor={"plant.output": [0.99, 1.01]}))
