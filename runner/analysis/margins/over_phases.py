@@ -6,11 +6,9 @@ on settle alike but for that.
 """
 
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 from functools import cache
-
-import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Endpoint
@@ -21,19 +19,18 @@ from proofmass.runner.analysis.linearisation.linearisation import Linearisation,
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import FROZEN, OrbitPoint
 from proofmass.runner.analysis.linearisation.orbit_run import OrbitRun
-from proofmass.runner.analysis.linearisation.rings import Entry, Rings
-from proofmass.runner.analysis.linearisation.seeds import NO_RINGS, at_place, held_in, place_of, put
+from proofmass.runner.analysis.linearisation.rings import Entry
+from proofmass.runner.analysis.linearisation.seeds import NO_RINGS, held_in
 from proofmass.runner.analysis.linearisation.settle import settled_tick
+from proofmass.runner.analysis.linearisation.surroundings import Surroundings, moved
 from proofmass.runner.analysis.margins.figures import least_gain_margin
 from proofmass.runner.analysis.margins.margins import Margins, margins_at, ranges
 from proofmass.runner.analysis.margins.side_by_side import amounts, kind_of, neutral_mode, open_loops
-from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.memory import Memory, start
 
 PHASES = 8  # of a turn
 _ALIKE = 1e-6  # part of L by which it is the same at another phase
 _UNEVEN = 0.2  # of a step from phase to phase, by which one may be off that only began later
-_ROUNDED = 1e-9  # part of what makes up a number, by which a whole turn may move it
 
 
 class OverPhases:
@@ -88,7 +85,7 @@ class OverPhases:
         """Return where a run settles that began so many parts of a turn on; raises `ModelError`."""
         key, course = (entry, period, number), about.course
         if key not in self._settled:
-            own = Course(course.plan, course, begin=_moved(start(course.plan), entry, number / PHASES))
+            own = Course(course.plan, course, begin=moved(start(course.plan), {entry: number / PHASES}, NO_RINGS))
             tick = settled_tick(own)
             self._settled[key] = own.at(tick + -tick % period)
         return self._settled[key]
@@ -100,18 +97,12 @@ def _turning(about: Linearisation, point: OrbitPoint, blocks: Collection[str]) -
     A part of a turn stays, but for what follows it.
     """
     memory, states = point.memory or about.memory(), point.map.states
-
-    def after(entry: Entry, turn: float) -> Array:
-        later = about.course.from_memory(_moved(memory, entry, turn)).to(memory.tick + point.ticks)
-        return _numbers(later, states, point.rings)
-
-    scale = np.abs(point.map.parts()[0]) @ np.abs(_numbers(memory, states, point.rings))
+    last = memory.tick + point.ticks
+    near = Surroundings(states, memory, point.rings, lambda begin: about.course.from_memory(begin).to(last))
     for number, entry in enumerate(states):
         if entry[0] in blocks and type(held_in(memory, entry, point.rings)) is float:
-            still, part, whole = (after(entry, turn) for turn in (0.0, 1.0 / PHASES, 1.0))
-            stays = _off_turns((part - still)[number] - 1.0 / PHASES) <= _UNEVEN / PHASES
-            scale[number] = max(scale[number], 1.0)  # a turn
-            if stays and (np.abs(whole - still) <= _ROUNDED * scale).all():
+            part = near.change({entry: 1.0 / PHASES})[number] - 1.0 / PHASES
+            if _off_turns(part) <= _UNEVEN / PHASES and near.turns(entry, point.map.parts()[0]):
                 return entry
     return None
 
@@ -119,17 +110,6 @@ def _turning(about: Linearisation, point: OrbitPoint, blocks: Collection[str]) -
 def _off_turns(number: float) -> float:
     """Return how far a number is from whole turns."""
     return abs(number - round(number))
-
-
-def _numbers(memory: Memory, states: Sequence[Entry], rings: Rings) -> Array:
-    return np.array([float(held_in(memory, entry, rings)) for entry in states])
-
-
-def _moved(memory: Memory, entry: Entry, by: float) -> Memory:
-    moved = memory.copy()
-    place = place_of(moved, entry, NO_RINGS)
-    put(moved, place, at_place(moved, place) + by)
-    return moved
 
 
 def _ranges(found: Margins, others: Iterable[OpenLoop]) -> str:

@@ -27,8 +27,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.linalg
 
-from proofmass.runner.analysis.linearisation.rings import Entry, Rings
-from proofmass.runner.analysis.linearisation.seeds import at_place, held_in, place_of, put
+from proofmass.runner.analysis.linearisation.rings import Entry
+from proofmass.runner.analysis.linearisation.seeds import held_in
+from proofmass.runner.analysis.linearisation.surroundings import Surroundings, moved
 from proofmass.runner.derivatives.ball import UndecidedError, arb_of, double_of
 from proofmass.runner.derivatives.dual import plain, with_plain
 from proofmass.runner.derivatives.polynomial import PolynomialBall, Turned, model_of
@@ -42,7 +43,6 @@ _UNKNOWN = "how sensors move with their places is not known"
 _NEUTRAL = 1e-7  # distance from one of the pole of a place
 _ALIKE = 1e-6  # part of a map by which it is the same at another place
 _TRIED = 1e-3  # part of a number, to another place of one that is where it started
-_ROUNDED = 1e-9  # part of what makes up a number, by which a turn may move it
 _SLOW = 1e-5  # of a turn, or in the unit of the place: so far it moves in a period while the sensor stays about it
 _STEPS, _WIDENED, _ROOM = 8, 30, 1.5  # of curves, of what is unknown of them, and how much further than needed it is
 _UP, _LEAST = 1.0 + 1e-12, 1e-60  # more than the rounding of sums, and beside zero
@@ -84,15 +84,11 @@ class NeutralPlace:
 
 
 @dataclass(frozen=True)
-class Around:
-    """Surroundings of a memory: that of the start of the run, the map of a period, and a run on from there."""
+class Around(Surroundings):
+    """Surroundings of a memory, that of the start of its run, and the map of a period from other memories."""
 
-    entries: Sequence[Entry]
-    memory: Memory
     begun: Memory
-    rings: Rings
     mapped: Callable[[Memory], Array]
-    after: Callable[[Memory], Memory]
 
     def place(self, entry: Entry, along: Mapping[Entry, float]) -> tuple[NeutralPlace, Memory]:
         """Return a place with its range: a turn if all comes round with one, else where it went from its start on.
@@ -102,26 +98,16 @@ class Around:
         """
         first, now = (held_in(memory, entry, self.rings) for memory in (self.begun, self.memory))
         here = self.mapped(self.memory)
-        scale = np.abs(here) @ np.abs(self._numbers(self.memory))
-        off = self._numbers(self.after(self._moved({entry: 1.0}))) - self._numbers(self.after(self.memory))
-        if (np.abs(off) <= _ROUNDED * scale).all():
+        if self.turns(entry, here):
             return NeutralPlace(entry, now, -0.5, 0.5, turns=True), self.memory
         step = first - now or _TRIED * max(abs(now), 1.0)
-        tried = self._moved({one: step * by for one, by in along.items()})
-        if (np.abs(self.mapped(tried) - here) @ np.abs(self._numbers(self.memory)) <= _ALIKE * scale).all():
-            there = {one: (first - now) * by for one, by in along.items()}
-            return NeutralPlace(entry, first, first, first, alone=True), self._moved(there)
+        there, size = self.mapped(self._along(along, step)), np.abs(self.numbers(self.memory))
+        if (np.abs(there - here) @ size <= _ALIKE * np.abs(here) @ size).all():
+            return NeutralPlace(entry, first, first, first, alone=True), self._along(along, first - now)
         return NeutralPlace(entry, now, min(first, now), max(first, now)), self.memory
 
-    def _numbers(self, memory: Memory) -> Array:
-        return np.array([float(held_in(memory, one, self.rings)) for one in self.entries])
-
-    def _moved(self, by: Mapping[Entry, float]) -> Memory:
-        memory = self.memory.copy()
-        for entry, step in by.items():
-            at = place_of(memory, entry, self.rings)
-            put(memory, at, at_place(memory, at) + step)
-        return memory
+    def _along(self, along: Mapping[Entry, float], step: float) -> Memory:
+        return moved(self.memory, {one: step * by for one, by in along.items()}, self.rings)
 
 
 class Image(NamedTuple):

@@ -131,10 +131,10 @@ class RestMaps:
         around = Around(
             self.entries,
             self._memory,
-            start(self._plan),
             self._rings,
-            lambda memory: self._map(ends, memory).parts()[0][rows],
             lambda memory: Onward(self.course, memory).at(self.tick + self._ticks),
+            start(self._plan),
+            lambda memory: self._map(ends, memory).parts()[0][rows],
         )
         others = tuple(entry for i, entry in enumerate(self.entries) if i not in chosen)
         curves = [dict(zip(others, one, strict=True)) for one in along.T.tolist()]

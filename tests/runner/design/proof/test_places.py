@@ -262,7 +262,7 @@ def test_a_number_that_others_follow_is_not_alone_where_it_started() -> None:
         return memory((0.5 + 0.1 * p) * x, p)
 
     there = memory(2.0, 1.0)
-    place, _ = Around(entries, there, there, Rings(), mapped, after).place(
+    place, _ = Around(entries, there, Rings(), after, there, mapped).place(
         entries[1], {entries[1]: 1.0, entries[0]: 0.0}
     )
     assert (place.alone, place.turns, place.low, place.high) == (False, False, 1.0, 1.0)
