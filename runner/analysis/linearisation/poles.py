@@ -117,10 +117,10 @@ def judge(
     """
     distances = [_distance(root, sampled) for root in balls]
     alike, scale = balanced(closed)
-    inexact = _inexact(alike)
-    sizes = np.abs(alike) * inexact
+    counted = inexact(alike)
+    sizes = np.abs(alike) * counted
     rounding = np.sqrt(np.outer(sizes.max(axis=1, initial=0.0), sizes.max(axis=0, initial=0.0)))
-    rounding *= _ROUNDINGS * ticks * _EPSILON * inexact
+    rounding *= _ROUNDINGS * ticks * _EPSILON * counted
     reach, moving = _LARGEST, np.zeros_like(rounding)
     if variation is not None:
         settling = 1.0 - np.abs(variation.poles)
@@ -223,7 +223,7 @@ def _solved_in_doubles(a: Array, shift: Any, known: Sequence[Any]) -> list[Any]:
     return [flint.acb(value.real, value.imag) * largest for value in solved.tolist()]
 
 
-def _inexact(matrix: Array) -> Array:
+def inexact(matrix: Array) -> Array:
     """Return one where a number is the result of arithmetic, zero where exact: of few bits."""
     fractions = np.frexp(matrix)[0] * 2.0**_EXACT_BITS
     return np.asarray(fractions != np.round(fractions), dtype=float)

@@ -17,6 +17,7 @@ from proofmass.runner.analysis.linearisation.poles import Pole
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
 from proofmass.runner.analysis.margins.over_phases import OverPhases
+from proofmass.runner.analysis.margins.rounded import with_rounding
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
@@ -63,7 +64,7 @@ def margins_or_reasons(points: OperatingPoints, loop: str = "", over: bool = Fal
     answers = dict[str, Margins | ModelError]()
     for name, node in loop_nodes(planned, loop).items():
         try:
-            found = margins_of(open_loop(points, node), name, ".".join(node))
+            found = with_rounding(margins_of(open_loop(points, node), name, ".".join(node)))
             answers[name] = phases.noted(found, node) if over else found
         except ModelError as error:
             answers[name] = error

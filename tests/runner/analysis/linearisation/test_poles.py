@@ -8,9 +8,9 @@ import pytest
 from proofmass.runner.analysis.linearisation.poles import (
     Pole,
     Variation,
-    _inexact,
     _vectors,
     characteristic,
+    inexact,
     judged,
     parts_of,
     roots,
@@ -54,8 +54,8 @@ def test_numbers_of_twelve_bits_are_exact() -> None:
     """Of any size and sign; what has more bits is the result of arithmetic."""
     exact, more = 1.0 + 2.0**-11, 1.0 + 2.0**-12
     matrix = np.array([[0.0, 1.0, -0.5, exact], [1e-3, 1.0 / 3.0, more, -more * 2.0**-40]])
-    assert _inexact(matrix).tolist() == [[0.0] * 4, [1.0] * 4]
-    assert _inexact(np.array([[exact * 2.0**60, more * 2.0**60]])).tolist() == [[0.0, 1.0]]
+    assert inexact(matrix).tolist() == [[0.0] * 4, [1.0] * 4]
+    assert inexact(np.array([[exact * 2.0**60, more * 2.0**60]])).tolist() == [[0.0, 1.0]]
 
 
 def test_a_change_moves_poles_alike_in_any_units_of_the_states() -> None:
