@@ -353,9 +353,12 @@ def _of_states(whole: Array, slopes: TickSlopes, period: _Period) -> OpenLoops:
     return OpenLoops(rows[:, :, states], rows[:, :, size], -whole[:, size, states], -whole[:, size, size])
 
 
-def margins_alone(sensor: Plan, at: str, like: Course | None = None) -> MarginValues | ModelError:
-    """Return the margins of one sensor by the certified path, or why it has none."""
-    found = margins_or_reasons(OperatingPoints(sensor, at, course=Course(sensor, like))).values()
+def margins_alone(sensor: Plan, at: str, like: Course | None = None, over: bool = False) -> MarginValues | ModelError:
+    """Return the margins of one sensor by the certified path, or why it has none.
+
+    They are the least `over` the phases of an oscillation that nothing holds, if so wanted.
+    """
+    found = margins_or_reasons(OperatingPoints(sensor, at, course=Course(sensor, like)), over=over).values()
     problems = [problem for answer in found if isinstance(answer, ModelError) for problem in answer.problems]
     if problems:
         return ModelError(problems)

@@ -61,6 +61,7 @@ class Margins(Figures, Plotted):
     period: float  # s; 0 of a continuous loop
     sample: float  # s, of the wire
     system: OpenLoop  # the open loop in state space
+    least_over_phases: tuple[float, float] | None = None  # dB and radians, where a carrier may have other phases
 
     @property
     def stable(self) -> bool:
@@ -119,12 +120,20 @@ class Margins(Figures, Plotted):
             "notes": list(self.system.map.notes),
             "hidden_modes": [str(mode) for mode in self.hidden],
             **super().as_data(),
+            **self._over_phases(),
             "delay_margin_samples": samples,
             "period_s": self.period,
             "sample_s": self.sample,
             "poles": [[pole.value.real, pole.value.imag] for pole in self.slowest],
             "pole_distances": [pole.distance for pole in self.slowest],
         }
+
+    def _over_phases(self) -> dict[str, Any]:
+        if self.least_over_phases is None:
+            return {}
+        gain, phase = self.least_over_phases
+        least = {"least_gain_margin_over_phases_db": gain, "least_phase_margin_over_phases_deg": math.degrees(phase)}
+        return {name: value if math.isfinite(value) else None for name, value in least.items()}
 
 
 def margins_of(system: OpenLoop, loop: str, open_at: str) -> Margins:

@@ -56,11 +56,18 @@ class OverPhases:
             return found
         if not (entry and told):
             return found
-        note = f"over the phase of {entry[0]} to the schedule, which nothing holds: {told}"
-        return replace(found, system=replace(system, map=replace(system.map, notes=(*system.map.notes, note))))
+        ranges, least = told
+        note = f"over the phase of {entry[0]} to the schedule, which nothing holds: {ranges}"
+        noted = replace(system, map=replace(system.map, notes=(*system.map.notes, note)))
+        return replace(found, system=noted, least_over_phases=least)
 
-    def _told(self, found: Margins, about: Linearisation, ends: Ends, entry: Entry) -> str:
-        """Return the range of the margins in words, "" where they hardly change; raises `ModelError`."""
+    def _told(
+        self, found: Margins, about: Linearisation, ends: Ends, entry: Entry
+    ) -> tuple[str, tuple[float, float]] | None:
+        """Return the range of the margins in words, and the least; None where they hardly change.
+
+        Raises `ModelError`.
+        """
         period = ends.common_period(about.plan)
 
         @cache
@@ -75,9 +82,9 @@ class OverPhases:
             return loop(first).differs(loop(second), by)
 
         if not (apart(0, 1, FROZEN) or apart(0, 3, FROZEN)):
-            return ""
+            return None
         if any(_off_turns(place(number) - place(0) - number / PHASES) > _UNEVEN / PHASES for number in (1, 3)):
-            return ""  # something else holds it, as what vibrates from the start
+            return None  # something else holds it, as what vibrates from the start
         twice = not (apart(0, 4, _ALIKE) or apart(1, 5, _ALIKE))  # as a square, in a turn
         return _ranges(found, map(loop, range(1, PHASES // 2 if twice else PHASES)))
 
@@ -112,14 +119,18 @@ def _off_turns(number: float) -> float:
     return abs(number - round(number))
 
 
-def _ranges(found: Margins, others: Iterable[OpenLoop]) -> str:
-    """Return the ranges of the margins of a stable loop and of others of its kind, in words."""
+def _ranges(found: Margins, others: Iterable[OpenLoop]) -> tuple[str, tuple[float, float]]:
+    """Return the ranges of the margins of a stable loop and of others of its kind, in words, and the least.
+
+    Margins of a loop that is unstable are minus infinity.
+    """
     gains, phases, unstable = [found.least_gain_margin], [found.phase_margin or math.inf], False
     for system in others:
         margins = _quickly(found, system) or _limits(margins_at(system, found.loop, found.open_at))
         gains, phases, unstable = [*gains, margins[0]], [*phases, margins[1]], unstable or math.isnan(margins[0])
     stable = [(gain, phase) for gain, phase in zip(gains, phases, strict=True) if not math.isnan(gain)]
-    return ranges(*zip(*stable, strict=True)) + unstable * "; unstable at some"
+    told = ranges(*zip(*stable, strict=True)) + unstable * "; unstable at some"
+    return told, (-math.inf, -math.inf) if unstable else (min(gains), min(phases))
 
 
 def _limits(found: Margins) -> tuple[float, float]:

@@ -42,13 +42,16 @@ def notes_on_margins(graph: Graph, at: str) -> Iterator[Problem]:
 
 
 def margins_at(planned: Plan, at: str) -> tuple[float, ...]:
-    """Return their values for one plan, in the same order; raises `ModelError` if a loop cannot be linearised."""
+    """Return their values for one plan, in the same order, the least over the phases of what oscillates.
+
+    Raises `ModelError` if a loop cannot be linearised.
+    """
     if not at:
         return ()
     # start-up time: only studies with margins need them
     from proofmass.runner.analysis.margins.many import margins_alone
 
-    values = margins_alone(planned, at)
+    values = margins_alone(planned, at, over=True)
     if isinstance(values, ModelError):
         raise values
     return values

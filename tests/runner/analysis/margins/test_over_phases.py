@@ -13,9 +13,11 @@ import pytest
 
 from proofmass import margins, read_graph
 from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.runner.analysis.margins.stability import all_margins, missed
 from proofmass.runner.design.proof.least_found import Sensors, margins_there
 from proofmass.runner.design.proof.wanted import RestRuns, about_margin
 from proofmass.runner.planning.plan import plan
+from proofmass.runner.verification.verify import Measurements, verify
 from tests.by_hand.amounts import chosen
 
 TEXT = """
@@ -113,3 +115,20 @@ def test_the_range_of_a_gyroscope_is_that_at_places_of_its_carrier() -> None:
     gains, phases = ([getattr(one, name) for one in (least, most)] for name in ("least_gain_margin", "phase_margin"))
     assert told == pytest.approx([*gains, *map(math.degrees, phases)], abs=0.05)
     assert told[1] - told[0] > 5.0
+
+
+@pytest.mark.defect("H888", before="met by the phase of the run, 26.02 dB", after="missed by another, 22.50 dB")
+@pytest.mark.parametrize(("limit", "kept"), [(22.4, True), (22.6, False)])
+def test_a_margin_is_required_at_every_phase(limit: float, kept: bool) -> None:
+    """A gain of 150 in a loop of 1 kHz bears a factor of 13.33."""
+    asked = f'quantity = "main.gain_margin", at_least = "{limit} dB", at = "settled"'
+    text = TEXT.replace('"error.output"\n', f'"error.output"\ngain_margin = "{limit} dB"\n')
+    graph = read_graph_text(f"{text}[requirements]\nwide = {{ {asked} }}\n")
+    finding = verify(Measurements(graph, None))[0]
+    assert finding.value == pytest.approx(20.0 * math.log10(40.0 / 3.0), abs=1e-3)
+    assert finding.met is kept
+    planned = plan(graph)
+    found = all_margins(planned, at="settled")
+    assert found["main"].as_data()["least_gain_margin_over_phases_db"] == pytest.approx(22.499, abs=1e-3)
+    told = [problem.got for problem in missed(planned, found)]
+    assert told == ["22.5 dB, at another phase of what oscillates"] * (not kept)
