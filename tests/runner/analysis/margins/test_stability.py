@@ -14,7 +14,12 @@ from proofmass.runner.analysis.margins.stability import _missed
 def missed(loop: dict[str, float], **facts: Any) -> list[Problem]:
     """A stable sampled loop with 10 dB, 30 degrees, no limit of a delay, and a peak of 2, but for some facts."""
     known = {"stable": True, "verdict": "unstable", "slowest": [Pole(1.25 + 0j, -0.25, 1e-12)], "stable_gains": []}
-    known |= {"system": SimpleNamespace(continuous=False), "open_at": "gain.output", "least_gain_margin": 10.0}
+    known |= {
+        "system": SimpleNamespace(continuous=False),
+        "open_at": "gain.output",
+        "least_gain_margin": 10.0,
+        "least_over_phases": None,
+    }
     known |= {"phase_margin": math.radians(30.0), "delay_margin": None, "sensitivity_peak": 2.0}
     return list(_missed("main", SimpleNamespace(requirements=loop), SimpleNamespace(**{**known, **facts})))  # type: ignore[arg-type]
 

@@ -76,7 +76,7 @@ def test_a_study_of_margins_alone(graph: Graph) -> None:
 def test_limits_say_which_verdicts_count(
     graph: Graph, verdict: str, value: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def judged(points: Any) -> Any:
+    def judged(points: Any, **_: Any) -> Any:
         return {name: replace(found, verdict=verdict) for name, found in margins_or_reasons(points).items()}  # type: ignore[type-var]
 
     monkeypatch.setattr("proofmass.runner.analysis.margins.many.margins_or_reasons", judged)
