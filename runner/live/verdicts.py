@@ -76,7 +76,7 @@ def _of_loops(planned: Plan, thorough: bool) -> Iterator[dict[str, Any]]:
 
     start = margins_or_reasons(OperatingPoints(planned, _START))
     settled = all(isinstance(answer, Margins) and answer.stable for answer in start.values())
-    later = margins_or_reasons(OperatingPoints(planned, AUTO)) if thorough and not settled else {}
+    later = margins_or_reasons(OperatingPoints(planned, AUTO), over=True) if thorough and not settled else {}
     for name, first in start.items():
         answer = later.get(name, first)
         if not isinstance(answer, Margins):
