@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import scipy.optimize
 
+from proofmass.runner.design.identification.identifiable import UNCERTAIN
 from proofmass.runner.design.identification.model import RecordingModel
 from proofmass.runner.design.identification.unknowns import DELAY, OFFSET, Unknown
 from proofmass.runner.design.quantities.stopping import go_on
@@ -30,7 +31,9 @@ _OF_CODED = 0.3  # part of its size by which it moves at least what comes in cod
 _FEW_CODES = 0.5  # an output with fewer values than this part of its rows comes from a converter
 _WHOLE = 1e-6  # or one that has values twice, which lie whole numbers of steps apart to this part
 _PASSES, _SETTLED = 4, 0.01  # passes of the estimate of noise, and its last relative change
-_WEAK = 3.0  # an unknown that the recordings do not determine may stray by this many times its size
+_WEAK, _LOOSER = 3.0, 10.0  # what recordings do not determine may stray by so many sizes, or more if that is too few
+_HELD, _SIGNIFICANT, _NOTHING = 24, 3.0, 1e-8  # passes; what is no noise, in units of it; part that is rounding
+_LOOKS, _FURTHER, _NEAR_SIZE = 40, 1e4, 10.0  # of the size of what begins at zero: runs, factors, and how near it is
 _POLISHES, _NEAR, _ROUGH = 4, 3.0, 1.0  # last steps; length in units of noise; increase of squares
 _STILL = 0.1  # a step this small, in units of the noise, is the last
 _TINY, _TIMES = 1e-3, 3.0  # part of a step to which only rounding responds, and how far it may exceed that response
@@ -67,7 +70,6 @@ class UnknownsSolver:
         self._stop: threading.Event | None = None
         self.best: tuple[float, AnyArray] | None = None
         self.scales = np.array([unknown.scale for unknown in unknowns])
-        self._steps = _FIRST_STEP * self.scales
         self.masks = [
             [np.isfinite(m.recording.outputs[s]) & (m.recording.times >= skip) for s in m.signals] for m in models
         ]
@@ -75,6 +77,11 @@ class UnknownsSolver:
         self.noise = {signal: self.spread(signal) for signal in self.signals}
         begin = np.array([unknown.start for unknown in unknowns])
         self._expected, self._code = 1, dict.fromkeys(self.signals, 0.0)
+        at_start = self.raw(begin)
+        for number, unknown in enumerate(unknowns):
+            if unknown.sizeless:
+                self.scales[number] = self._size(number, begin, at_start)
+        self._steps = _FIRST_STEP * self.scales
         self.raw(begin)
         self._code = {signal: self._step_of_codes(signal) for signal in self.signals}
         self._suit_steps(begin)
@@ -107,21 +114,38 @@ class UnknownsSolver:
         return math.hypot(*(float(np.linalg.norm(self.compared(s))) / self.noise[s] for s in self.signals))
 
     def solved(self, begin: AnyArray) -> Solution:
-        """Return the solution from a start: again with the noise left, until that settles."""
-        values, best = begin, self._least_squares(begin)
-        for number in range(_PASSES):
-            best = self._least_squares(values) if number else best
+        """Return the solution from a start: again with the noise left, until that settles and nothing holds it back."""
+        values, best, free, weak = begin, self._least_squares(begin, _WEAK), False, _WEAK
+        for number in range(_HELD):
+            best = self._least_squares(values, weak) if number else best
+            free = not self._held_back(best, values, weak)
+            weak *= 1.0 if free else _LOOSER
             values = best.x * self.scales
             left = self._noise_left(self.raw(values))
             change = max(abs(math.log(left[s] / self.noise[s])) for s in self.signals)
             self.noise = left
             self._suit_steps(values)
-            if change < _SETTLED and number:
+            if free and ((change < _SETTLED and number) or number + 1 >= _PASSES):
                 break
         if self.loss == "linear":
             values = self._polished(values)
         residuals, jacobian = self.residuals(values), self.jacobian(values)
-        return Solution(values, residuals, jacobian, dict(self.noise), float(best.cost), bool(best.success))
+        return Solution(values, residuals, jacobian, dict(self.noise), float(best.cost), bool(best.success) and free)
+
+    def _size(self, number: int, begin: AnyArray, at_start: list[tuple[str, AnyArray]]) -> float:
+        """Return how far an unknown that begins at zero goes to move some output by about as much as is recorded."""
+        sizes = {signal: float(np.sqrt(np.mean(self.compared(signal) ** 2))) or 1.0 for signal in self.signals}
+        side = 1.0 if self.unknowns[number].at_most > 0.0 else -1.0
+        size, moved = self.scales[number], begin.copy()
+        for _ in range(_LOOKS):
+            moved[number] = side * size
+            pairs = zip(at_start, self.raw(moved), strict=True)
+            effects = [float(np.sqrt(np.mean((b - a) ** 2))) / sizes[s] for (s, a), (_, b) in pairs if len(a)]
+            effect = max(effects, default=0.0)
+            if 1.0 / _NEAR_SIZE <= effect <= _NEAR_SIZE:
+                return float(size)
+            size *= min(max(1.0 / effect if effect else _FURTHER, 1.0 / _FURTHER), _FURTHER)
+        return float(self.scales[number])
 
     def _polished(self, values: AnyArray) -> AnyArray:
         """Return the values after whole Gauss-Newton steps, which converters in a loop do not stop.
@@ -159,14 +183,14 @@ class UnknownsSolver:
         sums = [float(np.sum(self._weighted(near) ** 2)) for near in sides]
         return _TIMES * max(abs(total - float(before @ before)) for total in sums)
 
-    def _least_squares(self, values: AnyArray) -> Any:
+    def _least_squares(self, values: AnyArray, weak: float) -> Any:
         low, high = (
             np.array([getattr(u, key) for u in self.unknowns]) / self.scales for key in ("at_least", "at_most")
         )
         inside = np.clip(values / self.scales, low + 1e-12, high - 1e-12)
-        hold = np.eye(len(self.unknowns)) / _WEAK
+        hold = np.eye(len(self.unknowns)) / weak
         return _minimise(
-            lambda x: np.concatenate([self._all(x * self.scales), (x - inside) / _WEAK]),
+            lambda x: np.concatenate([self._all(x * self.scales), (x - inside) / weak]),
             inside,
             jac=lambda x: np.vstack([self.jacobian(x * self.scales) * self.scales, hold]),
             bounds=(low, high),
@@ -178,6 +202,20 @@ class UnknownsSolver:
             gtol=1e-10,
             max_nfev=60,
         )
+
+    def _held_back(self, best: Any, values: AnyArray, weak: float) -> bool:
+        """Return whether a pass ended elsewhere, in units of the noise, because it was held to its start.
+
+        There the pull of the hold is that of the residuals, which is given along the combinations
+        of the unknowns that the recordings determine one by one.
+        """
+        inner = np.flatnonzero(best.active_mask == 0)
+        sizes = np.maximum(np.abs(best.x), 1.0)[inner]
+        pull = (best.x - values / self.scales)[inner] / weak**2 * sizes
+        _, singular, turned = np.linalg.svd(best.jac[: -len(values), inner] * sizes, full_matrices=False)
+        known = singular > _NOTHING * np.max(singular, initial=0.0)
+        lengths = np.abs(turned[known] @ pull) / singular[known]
+        return bool(np.any(lengths > np.where(singular[known] * UNCERTAIN > 1.0, _STILL, _SIGNIFICANT)))
 
     def _all(self, values: AnyArray) -> AnyArray:
         residuals = self._weighted(values)

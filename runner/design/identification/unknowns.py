@@ -36,9 +36,14 @@ class Unknown:
 
     @property
     def scale(self) -> float:
-        """Its size, by which it is divided."""
+        """Its size, by which it is divided; 1 for what has none."""
         width = self.at_most - self.at_least
         return abs(self.start) or (width if math.isfinite(width) else 0.0) or 1.0
+
+    @property
+    def sizeless(self) -> bool:
+        """True if it begins at zero within no bounds, which tell no size."""
+        return self.start == 0.0 and not math.isfinite(self.at_most - self.at_least)
 
     @property
     def of_block(self) -> bool:

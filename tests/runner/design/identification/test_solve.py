@@ -252,3 +252,61 @@ def test_a_line_through_a_coarse_converter(code: float, spread: float) -> None:
     )
     assert left <= 1.1 * made + len(TIMES) * (0.5 * code) ** 2
     assert found.values == pytest.approx([2.0, -3.0], abs=0.2 if spread == 0.3 else 0.05)
+
+
+@pytest.mark.parametrize(
+    ("start", "truth", "noise"), [(1.0, 100.0, 50.0), (1.0, 1e3, 500.0), (-1.0, 1e3, 500.0), (1e-3, 1e3, 100.0)]
+)
+@pytest.mark.defect("S920", before="100.2 +- 9.8 was 44.8 +- 13, converged: held to the start", after="as NumPy")
+def test_a_factor_that_begins_far_away_is_that_of_numpy(start: float, truth: float, noise: float) -> None:
+    wave = np.sin(2.0 * np.pi * 7.0 * TIMES)
+    recorded = truth * wave + noise * np.random.default_rng(1).standard_normal(len(TIMES))
+
+    def scaled(p: Mapping[str, float], t: AnyArray) -> AnyArray:
+        return np.asarray(p["a"] * wave)
+
+    solution = solver([Written({"y": recorded}, scaled)], [unknown("a", start)]).solved(np.array([start]))
+    (best,), (squares,), _, _ = np.linalg.lstsq(wave[:, np.newaxis], recorded)
+    assert solution.values == pytest.approx([best], rel=1e-6)
+    assert solution.noise["y"] == pytest.approx(math.sqrt(squares / (len(TIMES) - 1)), rel=1e-6)
+    assert solution.converged
+
+
+@pytest.mark.parametrize("truth", [5e3, -5e3, 1e12])
+@pytest.mark.defect("S920", before="an offset of 5000 was 42: it begins at 0, as one of size 1", after="the mean")
+def test_an_offset_has_the_size_of_what_is_recorded(truth: float) -> None:
+    recorded = truth * (1.0 + 0.1 * np.random.default_rng(2).standard_normal(len(TIMES)))
+
+    def still(p: Mapping[str, float], t: AnyArray) -> AnyArray:
+        return np.zeros_like(t)
+
+    solution = solver([Written({"y": recorded}, still)], [unknown("offset of y", 0.0)]).solved(np.array([0.0]))
+    assert solution.values == pytest.approx([np.mean(recorded)], rel=1e-6)
+    assert solution.converged
+
+
+@pytest.mark.parametrize("cubic", [1e12, -1e12])
+@pytest.mark.defect("S920", before="a cubic stiffness of 1e12 N/m^3 was 2e-9 and converged", after="found from 0")
+def test_a_large_coefficient_is_found_from_zero(cubic: float) -> None:
+    place = 1e-5 * np.sin(2.0 * np.pi * 7.0 * TIMES)
+    force = 100.0 * place + cubic * place**3 + 1e-6 * np.random.default_rng(6).standard_normal(len(TIMES))
+
+    def spring(p: Mapping[str, float], t: AnyArray) -> AnyArray:
+        return np.asarray(p["linear"] * place + p["cubic"] * place**3)
+
+    unknowns = [unknown("linear", 100.0), unknown("cubic", 0.0)]
+    solution = solver([Written({"y": force}, spring)], unknowns).solved(np.array([100.0, 0.0]))
+    best = np.linalg.lstsq(np.stack([place, 1e10 * place**3], axis=1), force)[0]
+    assert solution.values == pytest.approx([best[0], best[1] * 1e10], rel=1e-5)
+
+
+@pytest.mark.parametrize(("bounds", "truth"), [({"at_most": 0.0}, -4e6), ({"at_least": 0.0}, 4e6)])
+@pytest.mark.defect("S920", before="a slope of 4e6 from 0 was 9 after 60 steps", after="found within one bound")
+def test_what_begins_at_a_bound_of_zero_goes_inside(bounds: dict[str, float], truth: float) -> None:
+    recorded = truth * TIMES
+
+    def rising(p: Mapping[str, float], t: AnyArray) -> AnyArray:
+        return np.asarray(p["b"] * t)
+
+    solution = solver([Written({"y": recorded}, rising)], [unknown("b", 0.0, **bounds)]).solved(np.zeros(1))
+    assert solution.values == pytest.approx([truth], rel=1e-6)
