@@ -38,7 +38,7 @@ EXPLANATIONS = (
         r"|no such graph|cells where|holds (one|no) rows?|columns? |is not (a )?CSV|time axis|equally spaced"
         r"|no variable"
         r"|not a finite number|columns look|of its columns|^the certificate |values are left"
-        r"|not of one length|holds (\d+|\{\}) rows"
+        r"|not of one length|complex numbers|no times along|holds (\d+|\{\}) rows"
         r"|misses (\d|\{\})|has (\d+ gap|\{\}$)|its first time|file of blocks|of a block raises",
         "A file that is named is not there, is of another kind, or lies where a graph may not look: graphs name "
         "files in their own folder or below it.",

@@ -17,7 +17,12 @@ import numpy as np
 from proofmass.blocks.declaration.problem import Problem, Refusal
 from proofmass.blocks.declaration.units import convert_exactly, same_dimension
 from proofmass.runner.analysis.spectrum.series import refused_scatter
-from proofmass.runner.design.identification.tables import RecordedTable, read_table_file
+from proofmass.runner.design.identification.tables import (
+    RecordedTable,
+    read_table_file,
+    table_of_arrays,
+    table_of_dataset,
+)
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.output.counts import count
 
@@ -79,21 +84,12 @@ def _table(source: Any, wanted: list[str], name: str) -> RecordedTable:
         return read_table_file(Path(source), wanted)
     if isinstance(source, RecordedTable):
         return source
-    if hasattr(source, "data_vars"):  # an xarray dataset: one axis of time, units as attributes
-        axis = next(iter(source.dims))
-        named = {axis: source[axis], **{key: source[key] for key in source.data_vars}}
-        units = {key: str(values.attrs.get("units", "")) for key, values in named.items()}
-        return RecordedTable(name, {key: np.asarray(values, dtype=float) for key, values in named.items()}, units)
+    if hasattr(source, "data_vars"):
+        return table_of_dataset(source, wanted, name)
     if not isinstance(source, Mapping) or not source:
         message, hint = "is not a recording", 'give a file, or {"time": times, "force": values, ...}'
         raise Problem(message=message, key=name, got=type(source).__name__, hint=hint).error
-    named = {"time": source["time"], **source} if "time" in source else dict(source)
-    columns = {str(key): np.asarray(values, dtype=float) for key, values in named.items()}
-    shapes, rows = {key: values.shape for key, values in columns.items()}, next(iter(columns.values())).size
-    if any(shape != (rows,) for shape in shapes.values()):
-        message, got = "its arrays are not of one length", ", ".join(f"{k} {v}" for k, v in shapes.items())
-        raise Problem(message=message, key=name, got=got).error
-    return RecordedTable(name, columns, {})
+    return table_of_arrays(source, name)
 
 
 def _stretches(

@@ -9,6 +9,7 @@ import csv
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -48,6 +49,57 @@ def read_table_file(path: Path, wanted: list[str]) -> RecordedTable:
         raise Problem(message="there is no such file", file=str(path)).error from None
     except (OSError, UnicodeDecodeError) as error:
         raise Problem(message=f"cannot be read: {error}", file=str(path)).error from None
+
+
+def table_of_arrays(source: Mapping[Any, Any], name: str) -> RecordedTable:
+    """Return a table of arrays, whose names may have units as heads do; raises `ModelError`."""
+    heads = [split_unit(str(key)) for key in source]
+    names = [head for head, _ in heads]
+    for head in names:
+        if names.count(head) > 1:
+            raise Problem(message=f"has {names.count(head)} columns {head!r}", key=name, hint="rename them").error
+    columns = {head: _numbers(head, values, name) for head, values in zip(names, source.values(), strict=True)}
+    if "time" in columns:
+        columns = {"time": columns["time"], **columns}
+    shapes, rows = {key: values.shape for key, values in columns.items()}, next(iter(columns.values())).size
+    if any(shape != (rows,) for shape in shapes.values()):
+        message, got = "its arrays are not of one length", ", ".join(f"{k} {v}" for k, v in shapes.items())
+        raise Problem(message=message, key=name, got=got).error
+    return RecordedTable(name, columns, dict(heads))
+
+
+def table_of_dataset(source: Any, wanted: list[str], name: str) -> RecordedTable:
+    """Return the wanted variables of an xarray dataset with the times they are along; raises `ModelError`."""
+    held = {str(key): values for key, values in source.data_vars.items()}
+    axes = {key: tuple(map(str, held[key].dims)) for key in wanted if key in held}
+    axis = next(iter(axes.values()), tuple(map(str, source.dims))[:1])
+    if len(axis) != 1 or any(other != axis for other in axes.values()):
+        got = ", ".join(f"{key} along {' and '.join(dims) or 'nothing'}" for key, dims in axes.items())
+        raise Problem(message="its columns are not along one axis of time", key=name, got=got).error
+    if axis[0] not in source.coords:
+        hint = f"give them: dataset.assign_coords({axis[0]}=times)"
+        raise Problem(message=f"has no times along {axis[0]}", key=name, hint=hint).error
+    along = {axis[0]: source[axis[0]], **{key: v for key, v in held.items() if tuple(map(str, v.dims)) == axis}}
+    units = {key: str(values.attrs.get("units", "")) for key, values in along.items()}
+    return RecordedTable(name, {key: _numbers(key, values.values, name) for key, values in along.items()}, units)
+
+
+def _numbers(column: str, values: Any, source: str) -> AnyArray:
+    """Return an array as numbers: times of any kind in seconds, dates from the first on, what is masked as missing."""
+    array = values if isinstance(values, np.ma.MaskedArray) else np.asarray(values)
+    match array.dtype.kind:
+        case "M":
+            array = array - array[:1]
+        case "c":
+            raise Problem(message="holds complex numbers", file=source, key=column).error
+        case _:
+            pass
+    if array.dtype.kind == "m":
+        return np.asarray(array / np.timedelta64(1, "s"))
+    try:
+        return np.asarray(np.ma.filled(array.astype(float), np.nan))
+    except (TypeError, ValueError) as error:
+        raise Problem(message="holds what is not a number", file=source, key=column, got=str(error)).error from None
 
 
 def _read_text(path: Path) -> RecordedTable:

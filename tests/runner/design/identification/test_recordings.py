@@ -12,6 +12,7 @@ import xarray
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.design.identification import tables
 from proofmass.runner.design.identification.recordings import Gaps, RecordedStretch, Wanted, recordings_of
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.recording import Column, RecordingError
 
 INPUTS, OUTPUTS = [Wanted("force.output", "force", "N")], [Wanted("seen.output", "volts", "V")]
@@ -160,3 +161,63 @@ def test_columns_of_one_file_have_one_time_axis(rows: int, monkeypatch: pytest.M
         return
     with pytest.raises(RecordingError, match="column volts has a time axis of its own"):
         tables._read_pairs(Path("a.nc"), ["force", "volts"])
+
+
+TIME, FORCE, VOLTS = (np.array(column) for column in zip(*ROWS, strict=True))
+
+
+def taken(data: object) -> RecordedStretch:
+    (stretch,), _ = recordings_of(data, INPUTS, OUTPUTS, "refuse")
+    return stretch
+
+
+@pytest.mark.defect("S921", before="times along the first axis of a dataset, here 5 s apart", after="their own")
+def test_variables_of_a_dataset_have_the_times_of_their_own_axis() -> None:
+    dataset = xarray.Dataset(
+        {"other": ("slow", 9.0 + TIME), "force": ("t", FORCE), "volts": ("t", VOLTS)},
+        coords={"slow": 50.0 * TIME, "t": TIME},
+    )
+    assert taken(dataset).times == pytest.approx(TIME)
+
+
+@pytest.mark.defect("S921", before="rows without times were taken for seconds, and two axes an error", after="refused")
+@pytest.mark.parametrize(
+    ("volts", "words"), [("t", "has no times along t"), ("slow", "not along one axis"), (("t", "k"), "not along one")]
+)
+def test_datasets_without_one_axis_of_times_are_refused(volts: Any, words: str) -> None:
+    values = VOLTS if isinstance(volts, str) else VOLTS[:, np.newaxis]
+    dataset = xarray.Dataset({"force": ("t", FORCE), "volts": (volts, values)})
+    with pytest.raises(ModelError, match=words):
+        taken(dataset)
+
+
+NANOSECONDS = (1e9 * TIME).round().astype("timedelta64[ns]")
+
+
+@pytest.mark.parametrize("times", [NANOSECONDS, np.datetime64("2026-03-01T12:00:00.000000000") + NANOSECONDS])
+@pytest.mark.defect("S922", before="times of 0.1 s steps were 1e8 s apart: nanoseconds as seconds", after="0.1 s")
+def test_times_that_are_no_numbers_are_in_seconds(times: AnyArray) -> None:
+    dataset = xarray.Dataset({"force": ("t", FORCE), "volts": ("t", VOLTS)}, coords={"t": times})
+    for data in ({"time": times, "force": FORCE, "volts": VOLTS}, dataset):
+        assert taken(data).times == pytest.approx(TIME, abs=1e-9)
+
+
+@pytest.mark.defect("S923", before="arrays under 'time [ms]' were in seconds", after="converted, as heads of files")
+def test_names_of_arrays_have_units_as_heads_of_files_have() -> None:
+    stretch = taken({"force [mN]": 1e3 * FORCE, "volts (uV)": 1e6 * VOLTS, "time [ms]": 1e3 * TIME})
+    assert stretch.times == pytest.approx(TIME)
+    assert stretch.inputs["force.output"] == pytest.approx(FORCE)
+    assert stretch.outputs["seen.output"] == pytest.approx(VOLTS)
+    with pytest.raises(ModelError, match="has 2 columns 'volts'"):
+        taken({"time": TIME, "force": FORCE, "volts [V]": VOLTS, "volts [mV]": VOLTS})
+
+
+@pytest.mark.defect("S924", before="masked values were compared, and 1 + 1j was 1", after="left out, and refused")
+def test_masked_values_are_missing_and_complex_ones_are_refused() -> None:
+    masked = np.ma.masked_array(np.where(TIME < 0.05, 1e20, VOLTS), mask=TIME < 0.05)
+    assert np.isnan(taken({"time": TIME, "force": FORCE, "volts": masked}).outputs["seen.output"]).tolist() == [
+        True, *[False] * 9
+    ]  # fmt: skip
+    for wrong, words in ((VOLTS + 1j, "holds complex numbers"), (np.array(["half"] * 10), "is not a number")):
+        with pytest.raises(ModelError, match=words):
+            taken({"time": TIME, "force": FORCE, "volts": wrong})
