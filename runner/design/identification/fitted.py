@@ -17,7 +17,7 @@ from proofmass.graphs.model.rates import read_duration
 from proofmass.runner.design.identification.identifiable import certainty, widening
 from proofmass.runner.design.identification.model import RecordingModel, output_units
 from proofmass.runner.design.identification.noise_levels import NoiseLevel, noise_levels
-from proofmass.runner.design.identification.recordings import Gaps, RecordedStretch, Wanted, recordings_of
+from proofmass.runner.design.identification.recordings import FEWEST, Gaps, RecordedStretch, Wanted, recordings_of
 from proofmass.runner.design.identification.solve import LOSSES, Solution, UnknownsSolver
 from proofmass.runner.design.identification.unknowns import DELAY, OFFSET, Unknown, parameters_of
 from proofmass.runner.design.identification.whiteness import Whiteness, whiteness
@@ -241,7 +241,12 @@ def _shifts(outputs: Sequence[Wanted], offsets: Sequence[str], delays: Sequence[
 
 
 def _refuse_few(solver: UnknownsSolver, unknowns: Sequence[Unknown]) -> None:
-    rows = sum(len(solver.compared(signal)) for signal in solver.signals)
+    counts = {signal: len(solver.compared(signal)) for signal in solver.signals}
+    for signal, count in counts.items():
+        if count < FEWEST:  # of fewer, what is left tells no noise, by which outputs are weighed
+            message, expected = "too few values are left to compare", f"at least {FEWEST}"
+            raise Problem(message=message, key=signal, got=str(count), expected=expected).error
+    rows = sum(counts.values())
     if rows <= len(unknowns):
         message, expected = "too few values are left to compare", f"more than {len(unknowns)}, one for each unknown"
         raise Problem(message=message, key="data", got=str(rows), expected=expected).error

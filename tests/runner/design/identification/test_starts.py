@@ -89,6 +89,17 @@ def test_there_are_more_values_than_unknowns() -> None:
     )
 
 
+@pytest.mark.defect("S925", before="an offset of one value was known to 6e-9 V beside noise of 0.1 V", after="refused")
+def test_every_output_has_values_that_tell_its_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+    solver: Any = Search()
+    monkeypatch.setitem(ROWS, "b", range(8))
+    _refuse_few(solver, [])
+    monkeypatch.setitem(ROWS, "b", range(7))
+    with pytest.raises(ModelError, match="b: too few values are left to compare") as refused:
+        _refuse_few(solver, [])
+    assert (refused.value.problems[0].got, refused.value.problems[0].expected) == ("7", "at least 8")
+
+
 def test_offsets_and_delays_of_outputs() -> None:
     outputs: Any = [SimpleNamespace(signal="a", unit="V"), SimpleNamespace(signal="b", unit="m")]
     found = [(one.name, one.unit, one.start) for one in _shifts(outputs, ["b"], ["a"])]
