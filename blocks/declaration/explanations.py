@@ -238,7 +238,8 @@ EXPLANATIONS = (
         "P0702",
         "A signal does not suit the analysis",
         r"spectrum|Allan|tone|band |segment|does not move|signal|density|figures|lines of|a yield is required"
-        r"|temperature|exponent|iteration did|from 0$|is a vector|what does not depend|makes no noise|beside the other levels|level of noise"
+        r"|temperature|exponent|iteration did|from 0$|is a vector|what does not depend|makes no noise"
+        r"|beside the other levels|level of noise"
         r"|two limits|lies between these|the input itself"
         r"|no noise reaches",
         "Too few values, the wrong band, or a signal that stands still.",

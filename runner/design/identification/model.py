@@ -110,12 +110,16 @@ def _with_recorded(
 
 
 def _places(times: AnyArray, period: float, rows: int) -> tuple[AnyArray, AnyArray | None]:
-    """Return the row before each time, and the part of the way to the next; None where all times lie on ticks."""
+    """Return the row before each time, and the part of the way to the next; None where all times lie on ticks.
+
+    Before the first row and behind the last one it is that row.
+    """
     at = times / period
     near = np.rint(at)
     if np.all(np.abs(at - near) <= _ON_TICK):
-        return np.minimum(near.astype(np.int64), rows - 1), None
-    before = np.clip(np.floor(at).astype(np.int64), 0, max(rows - 2, 0))
+        return np.clip(near.astype(np.int64), 0, rows - 1), None
+    at = np.clip(at, 0.0, rows - 1.0)
+    before = np.minimum(at.astype(np.int64), max(rows - 2, 0))
     return before, np.asarray(at - before)
 
 

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 import scipy.signal
 
+from proofmass import Graph
+from proofmass.blocks import Constant, Gain
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.runner.design.identification.fitted import fit
@@ -228,6 +230,18 @@ def test_a_fit_that_ends_far_from_the_recordings_names_other_starts() -> None:
     assert stuck.outputs[0].explained < 0.5
     assert "--tries 8" in fitted_text(stuck)
     assert "--tries" not in fitted_text(fit(GRAPH, recorded(10), inputs=INPUTS, outputs=OUTPUTS, free=FREE))
+
+
+@pytest.mark.defect("S927", before="lines went on behind the last row of a slow output", after="its last value holds")
+def test_nothing_is_drawn_beyond_the_rows_of_a_slow_output() -> None:
+    """Ten values a second, of which those at 0 and 0.1 s are known, beside 200 rows a second."""
+    blocks = {"level": Constant(value=1.0), "slow": Gain(gain=2.0)}
+    graph = Graph(name="s", rate=200, blocks=blocks, wires=["level.output -> slow.input"], rates={"slow": 10})
+    times = np.arange(39) / 200.0
+    data = {"time": times, "in": np.where(times < 0.05, 0.0, 1.0), "out": np.ones(39)}
+    fitted = fit(graph, data, inputs={"level.output": "in"}, outputs={"slow.output": "out"}, free=["slow.gain"])
+    line = np.minimum(times / 0.1, 1.0)  # from 0 to 1, and no further
+    assert fitted.estimates[0].value == pytest.approx(float(line.sum() / (line @ line)), rel=1e-6)
 
 
 def test_ctrl_c_keeps_the_best_so_far() -> None:
