@@ -256,7 +256,8 @@ def _best(solver: UnknownsSolver, unknowns: Sequence[Unknown], starts: int, seed
     """Return the best of all starts, how many end there, and whether Ctrl-C ended it."""
     begin = np.array([unknown.start for unknown in unknowns])
     drawn = np.random.default_rng(seed).random((max(starts - 1, 0), len(unknowns)))
-    others = [np.array([u.sampled(p) for u, p in zip(unknowns, row, strict=True)]) for row in drawn]
+    known = list(zip(unknowns, solver.scales.tolist(), strict=True))
+    others = [np.array([u.sampled(p, size) for (u, size), p in zip(known, row, strict=True)]) for row in drawn]
     counts = {signal: len(solver.compared(signal)) for signal in solver.signals}
     rows = sum(counts.values())
     first_noise, solutions, interrupted = dict(solver.noise), list[tuple[float, Solution]](), False
@@ -304,8 +305,8 @@ def _outcome(
     sure = certainty(table, values, unknowns, solver.recorded())
     quantile = float(scipy.special.stdtrit(max(rows - len(unknowns), 1), (1.0 + CONFIDENCE) / 2.0))
     estimates = tuple(
-        Estimate(u.written, u.unit, u.start, float(v), float(e), quantile * float(e), _bound(u, float(v)))
-        for u, v, e in zip(unknowns, values, sure.errors, strict=True)
+        Estimate(u.written, u.unit, u.start, float(v), float(e), quantile * float(e), _bound(u, float(v), size))
+        for u, v, e, size in zip(unknowns, values, sure.errors, solver.scales.tolist(), strict=True)
     )
     raw = solver.raw(values)
     outputs = tuple(_output(solver, signal, raw) for signal in solver.signals)
@@ -345,6 +346,6 @@ def _output(solver: UnknownsSolver, signal: str, raw: Sequence[tuple[str, AnyArr
     return OutputFit(signal, probe.unit, rms, solver.noise[signal], 1.0 - (rms / moved) ** 2, whiteness(longest))
 
 
-def _bound(unknown: Unknown, value: float) -> str:
-    near = 1e-6 * unknown.scale
+def _bound(unknown: Unknown, value: float, size: float) -> str:
+    near = 1e-6 * size
     return "lower" if value - unknown.at_least <= near else "upper" if unknown.at_most - value <= near else ""

@@ -50,12 +50,14 @@ class Unknown:
         """True if it is a parameter of a block."""
         return not self.name.startswith((OFFSET, DELAY))
 
-    def sampled(self, part: float) -> float:
-        """Return another start, for a number between 0 and 1."""
+    def sampled(self, part: float, size: float) -> float:
+        """Return another start, for a number between 0 and 1; `size` is that of what begins at zero."""
         low, high = self.at_least, self.at_most
         if not self.of_block:
             return self.start
-        if not math.isfinite(low) or not math.isfinite(high):
+        if self.sizeless:
+            low, high = max(low, -_SPREAD * size), min(high, _SPREAD * size)
+        elif not math.isfinite(low) or not math.isfinite(high):
             low, high = max(low, self.start / _SPREAD), min(high, self.start * _SPREAD)
             if self.start < 0.0:
                 low, high = max(self.at_least, self.start * _SPREAD), min(self.at_most, self.start / _SPREAD)

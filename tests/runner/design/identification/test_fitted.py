@@ -244,6 +244,16 @@ def test_nothing_is_drawn_beyond_the_rows_of_a_slow_output() -> None:
     assert fitted.estimates[0].value == pytest.approx(float(line.sum() / (line @ line)), rel=1e-6)
 
 
+@pytest.mark.defect("H877", before="5e-9 A was at its lower bound of 0: within 1e-6", after="within 1e-6 of its size")
+def test_a_small_value_is_not_at_the_bound_where_it_begins() -> None:
+    graph = Graph(name="s", rate=200, blocks={"dark": Constant(value=0.0, unit="A")}, wires=[])
+    data = {"time": np.arange(40) / 200.0, "out": 5e-9 + 1e-10 * np.random.default_rng(3).standard_normal(40)}
+    free = {"dark.value": {"at_least": "0 A"}}
+    (dark,) = fit(graph, data, outputs={"dark.output": "out"}, free=free).estimates
+    assert dark.value == pytest.approx(float(np.mean(data["out"])), rel=1e-6)
+    assert dark.at_bound == ""
+
+
 def test_ctrl_c_keeps_the_best_so_far() -> None:
     def press(done: int, _: int) -> None:
         if done == 9:

@@ -17,7 +17,7 @@ ROWS = {"a": range(30), "b": range(10)}
 class Search:
     """A search whose starts end at given levels of noise; it begins each with the first one."""
 
-    signals = ("a", "b")
+    signals, scales = ("a", "b"), np.array([7.0])
 
     def __init__(self, *ends: dict[str, float] | None) -> None:
         self.ends, self.noise, self.best = iter(ends), {"a": 9.0, "b": 9.0}, None
@@ -43,7 +43,7 @@ class Search:
 
 
 def best(search: Any, starts: int) -> tuple[Any, int, bool]:
-    unknown: Any = SimpleNamespace(start=5.0, sampled=lambda part: 100.0 + part)
+    unknown: Any = SimpleNamespace(start=5.0, sampled=lambda part, size: 93.0 + size + part)
     return _best(search, [unknown], starts, 3)
 
 
