@@ -316,10 +316,10 @@ class Result(Plotted):
 
     def axes(self) -> dict[str, list[Trace]]:
         """Traces by time axis: "time" for the fastest, "time_2", ... for the others."""
-        by_axis: dict[tuple[Fraction, int], list[Trace]] = {}
+        by_axis: dict[tuple[Fraction, int, int], list[Trace]] = {}
         for trace in self.traces.values():
-            by_axis.setdefault((trace.period, len(trace.values)), []).append(trace)
-        ordered = sorted(by_axis.items(), key=lambda item: (item[0][0], -item[0][1]))
+            by_axis.setdefault((trace.period, -len(trace.values), trace.phase), []).append(trace)
+        ordered = sorted(by_axis.items(), key=lambda item: item[0])
         return {"time" if i == 0 else f"time_{i + 1}": traces for i, (_, traces) in enumerate(ordered)}
 
     def summary(self) -> list[dict[str, Any]]:
@@ -348,11 +348,9 @@ class Result(Plotted):
         # start-up time: pandas takes 0.5 s
         import pandas
 
-        return (
-            pandas.concat([trace.to_pandas() for trace in self.traces.values()], axis=1)
-            if self.traces
-            else (pandas.DataFrame())
-        )
+        if not self.traces:
+            return pandas.DataFrame()
+        return pandas.concat([trace.to_pandas() for trace in self.traces.values()], axis=1).sort_index()
 
     def _repr_html_(self) -> str:
         heads = ("signal", "unit", "rows", "mean", "std", "min", "max", "")

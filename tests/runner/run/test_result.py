@@ -52,6 +52,20 @@ def test_probes_of_one_rate_share_an_axis_the_fastest_first() -> None:
     }
 
 
+@pytest.mark.defect("S928", before="files gave rows of a clock offset the times of rows without", after="own axes")
+def test_probes_of_another_clock_offset_have_an_axis_of_their_own() -> None:
+    level = made_trace("a.level", [1.0, 2.0], stride=10)
+    late = dataclasses.replace(made_trace("b.level", [3.0, 4.0], stride=10), phase=5)
+    result = made_result([level, late])
+    data = result.to_xarray()
+    assert data["b.level"].dims == ("time_2",)
+    assert data["time_2"].values.tolist() == [5 / 50_000, 15 / 50_000]
+    assert data["time"].values.tolist() == [0.0, 10 / 50_000]
+    table = result.to_pandas()
+    assert table.index.tolist() == [0.0, 5 / 50_000, 10 / 50_000, 15 / 50_000], "in the order of time"
+    assert table["b.level [1]"].dropna().tolist() == [3.0, 4.0]
+
+
 def test_xarray_has_units_axes_and_what_the_run_was_made_with() -> None:
     data = mixed_result().to_xarray()
     assert data["sine.output"].dims == ("time",)
