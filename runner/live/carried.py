@@ -125,6 +125,7 @@ class CarriedLoop:
             "unit": scale_key(probe.unit, shown_in),
             "doc": probe.doc,
             "stride": probe.stride,
+            "phase": probe.phase,
             "type": _DTYPES[probe.dtype],
             "bytes": np.dtype(probe.dtype).itemsize,
             "held": holds(self.plan.blocks.get(probe.node[0]), probe.dtype is not float),

@@ -4,8 +4,8 @@ import { Formulas } from "./formulas.mjs";
 import { LINE, PAGE, aligned, compiled, instantiated, unpacked } from "./modules.mjs";
 
 /**
- * @typedef {{signal: string, unit: string, doc: string, stride: number, type: string, bytes: number, held: boolean, shape: number[],
- *   fraction: number | null}} Probe
+ * @typedef {{signal: string, unit: string, doc: string, stride: number, phase: number, type: string, bytes: number, held: boolean,
+ *   shape: number[], fraction: number | null}} Probe
  * @typedef {{name: string, signal: string, statistic: string, unit: string,
  *   read: {first: number, integer: boolean, place: number} | null}} Measure  null where a formula gives it
  * @typedef {{name: string, unit: string, doc: string, integer: boolean, held: boolean, place: number, fraction: number}} Wire
@@ -53,7 +53,7 @@ export class Engine {
 
   /** Rows that a probe has after so many ticks. @param {Probe} probe @param {number} ticks */
   static rowsOf(probe, ticks) {
-    return Math.ceil(ticks / probe.stride);
+    return Math.max(0, Math.ceil((ticks - probe.phase) / probe.stride));
   }
 
   /** Bytes of a row. @param {Probe} probe */

@@ -10,13 +10,14 @@
  * Two traces of one grid have the same abscissae.
  * @param {Float64Array} values @param {number} first @param {number} last @param {number} pixels
  * @param {number} period  seconds from row to row
+ * @param {number} late  time of the first row
  * @returns {{x: Float64Array, y: Float64Array}}
  */
-export function envelope(values, first, last, pixels, period) {
+export function envelope(values, first, last, pixels, period, late = 0) {
   const rows = last - first;
   if (rows <= 2 * pixels) {
     const x = new Float64Array(rows);
-    for (let i = 0; i < rows; i++) x[i] = (first + i) * period;
+    for (let i = 0; i < rows; i++) x[i] = (first + i) * period + late;
     return { x, y: values.slice(first, last) };
   }
   const x = new Float64Array(2 * pixels), y = new Float64Array(2 * pixels);
@@ -30,8 +31,8 @@ export function envelope(values, first, last, pixels, period) {
       if (value > high) [high, highest] = [value, row];
     }
     const falls = highest < lowest;
-    x[2 * pixel] = from * period;
-    x[2 * pixel + 1] = ((from + to) / 2) * period;
+    x[2 * pixel] = from * period + late;
+    x[2 * pixel + 1] = ((from + to) / 2) * period + late;
     y[2 * pixel + (falls ? 1 : 0)] = low === Infinity ? NaN : low;
     y[2 * pixel + (falls ? 0 : 1)] = high === -Infinity ? NaN : high;
   }

@@ -48,9 +48,9 @@ class Envelope:
         self.done += len(numbers)
 
     def as_data(self, period: float) -> dict[str, Any]:
-        """Return a picture as the page draws it: two points in order for each stretch begun."""
+        """Return a picture as the page draws it, by the base period: two points in order for each stretch begun."""
         begun = np.isfinite(self.low) & np.isfinite(self.high)
-        edges = np.arange(self.pixels + 1) * self.rows / self.pixels * period
+        edges = (np.arange(self.pixels + 1) * self.rows / self.pixels * self.probe.stride + self.probe.phase) * period
         x = np.stack([edges[:-1], (edges[:-1] + edges[1:]) / 2.0], axis=1)[begun]
         falls = (self.highest < self.lowest)[:, None]
         y = np.where(falls, np.stack([self.high, self.low], axis=1), np.stack([self.low, self.high], axis=1))[begun]
@@ -85,4 +85,4 @@ def long_run(graph: Graph, ticks: int, seed: int, pixels: int, tell: Tell, stop:
 
 
 def _pictures(envelopes: dict[str, Envelope], period: float) -> list[dict[str, Any]]:
-    return [one.as_data(period * one.probe.stride) for one in envelopes.values()]
+    return [one.as_data(period) for one in envelopes.values()]

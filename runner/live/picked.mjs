@@ -57,7 +57,7 @@ export class Picked {
     this.signals = [...known.keys()];
     const probes = [...known].map(([signal, about]) => {
       const { unit, doc, held } = /** @type {Wire} */ (wires.get(signal));
-      return { signal, unit, doc: about || doc, stride: 1, type: "float64", bytes: 8, held, shape: [], fraction: null };
+      return { signal, unit, doc: about || doc, stride: 1, phase: 0, type: "float64", bytes: 8, held, shape: [], fraction: null };
     });
     this.charts = new Charts(this.scopes, probes, model.units, zoomed, looked, LOW);
     this.charts.charts.forEach((chart) => (chart.recorded = true));

@@ -10,7 +10,7 @@ export function plot(view, name) {
   else {
     const { unit, doc, held } = wire;
     plotted.add(name);
-    const probe = { signal: name, unit, doc, stride: 1, type: "float64", bytes: 8, held, shape: [], fraction: null };
+    const probe = { signal: name, unit, doc, stride: 1, phase: 0, type: "float64", bytes: 8, held, shape: [], fraction: null };
     charts.add(probe, () => plot(view, name));
     view.say(`${name} is plotted; click it again to take it away`);
   }

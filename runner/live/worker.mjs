@@ -10,7 +10,7 @@ const CHUNK = 25; // milliseconds
 /**
  * @typedef {import("./engine.mjs").Trace} Trace
  * @typedef {{first: number, last: number, pixels: number, spectra: boolean}} View  seconds, of all traces
- * @typedef {{rows: number, period: number, values: Float64Array, trace: Trace,
+ * @typedef {{rows: number, period: number, late: number, values: Float64Array, trace: Trace,
  *   spectrum?: {x: Float64Array, y: Float64Array} | null}} Series
  */
 
@@ -69,7 +69,8 @@ export function makeWorker(post) {
     const [top, bottom] = of.loop.rate;
     return of.traces().map((own) => {
       const trace = { ...own, values: own.values.slice() };
-      return { rows: trace.rows, period: (trace.probe.stride * bottom) / top, values: numbers(trace), trace };
+      const { stride, phase } = trace.probe;
+      return { rows: trace.rows, period: (stride * bottom) / top, late: (phase * bottom) / top, values: numbers(trace), trace };
     });
   }
 
@@ -117,7 +118,7 @@ export function makeWorker(post) {
       }
       const [first, last] = seen(series);
       const drawn = (/** @type {Series} */ one) =>
-        stepped(envelope(one.values, first, last, view.pixels, one.period), one.trace.probe.held, one.period);
+        stepped(envelope(one.values, first, last, view.pixels, one.period, one.late), one.trace.probe.held, one.period);
       const made = drawn(series), old = before && drawn(before);
       return { signal, ...made, frozen: old?.y ?? null, frozenX: old?.x ?? null };
     });
@@ -133,8 +134,9 @@ export function makeWorker(post) {
 
   /** The first row that is seen, and the one after the last. @param {Series} series */
   function seen(series) {
-    const first = Math.max(0, Math.floor(view.first / series.period));
-    return [first, Math.max(first, Math.min(series.rows, Math.ceil(view.last / series.period) + 1))];
+    const { period, late, rows } = series;
+    const first = Math.max(0, Math.floor((view.first - late) / period));
+    return [first, Math.max(first, Math.min(rows, Math.ceil((view.last - late) / period) + 1))];
   }
 
   /** The last row of a vector. @param {Series} series */

@@ -52,6 +52,16 @@ def test_each_pixel_is_drawn_in_order_of_time() -> None:
 
 
 @needs_node
+@pytest.mark.defect("S929", before="rows of a clock offset of 5 ms were drawn from 0", after="where they are")
+def test_rows_of_a_late_clock_are_drawn_late() -> None:
+    few, many = answers_of(
+        ["envelope", [1.0, 2.0, 3.0], 1, 3, 10, 0.01, 0.005], ["envelope", [1.0] * 8, 0, 8, 2, 0.01, 0.005]
+    )
+    assert few["x"] == pytest.approx([0.015, 0.025])
+    assert many["x"] == pytest.approx([0.005, 0.025, 0.045, 0.065])
+
+
+@needs_node
 @pytest.mark.defect("S601", before="0 0 0 0 0 0.001 for steps of 0.2 ms", after="0, 0.2 ms, 0.4 ms, ...")
 @pytest.mark.parametrize(
     ("first", "step", "shown"),

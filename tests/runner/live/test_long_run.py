@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from proofmass import Graph
+from proofmass.blocks import Gain, Ramp
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.live import long_run as module
@@ -31,6 +33,25 @@ def test_envelopes_and_measures_are_those_of_a_run(chunk: int, monkeypatch: pyte
         np.testing.assert_array_equal(picture["y"][1::2], np.where(falls, low, high))
         times = trace.times.reshape(pixels, -1)
         np.testing.assert_allclose(picture["x"][::2], times[:, 0], rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.defect("S929", before="rows of a clock offset of 5 ms were drawn from 0", after="where they are")
+def test_a_late_clock_is_drawn_late() -> None:
+    blocks = {"source": Ramp(), "late": Gain(gain=1.0)}
+    graph = Graph(
+        name="late",
+        rate=1000,
+        blocks=blocks,
+        wires=["source.output -> late.input"],
+        probes=["late.output"],
+        rates={"late": 100},
+        offsets={"late": "5 ms"},
+    )
+    told = list[dict[str, Any]]()
+    module.long_run(graph, 26, 1, 3, told.append, threading.Event())
+    (picture,) = told[-1]["pictures"]
+    assert picture["x"][::2] == pytest.approx([0.005, 0.015, 0.025])
+    assert picture["y"][::2] == pytest.approx([0.005, 0.015, 0.025])
 
 
 def test_a_run_that_is_stopped_says_no_more() -> None:
