@@ -25,6 +25,7 @@ from proofmass.graphs.studies.distributions import Spread
 from proofmass.graphs.studies.epochs import Recalibration
 from proofmass.graphs.studies.study_tables import Limit
 
+RUN, EPOCH, AGE, RECALIBRATION, FAULT = COLUMNS = "run", "epoch", "age", "recalibration", "fault"  # of its tables
 AFTER_CALIBRATION = 2**31  # added to it for the runs that follow calibrations
 
 
@@ -243,3 +244,7 @@ def bad_numbers(study: Study) -> Iterator[Problem]:
         hint += ', or margins = "0 s" to the study of a graph with loops'
         file, key = study.graph.place.file, "measures"
         yield Problem(message="the graph has no measures: a study would keep nothing", file=file, key=key, hint=hint)
+    for owner, table, names in ((study.graph, "measures", study.graph.measures), (study, "changes", study.changes)):
+        for name in sorted(set(COLUMNS).intersection(names)):
+            message, hint = "the name is taken: tables of a study have a column of it", "name it by its signal"
+            yield owner.placed(Problem(message=message, key=f"{table}.{name}", hint=hint, path=(table, name)))

@@ -12,10 +12,9 @@ import numpy as np
 
 from proofmass.graphs.model.derived import measure_units
 from proofmass.graphs.model.loops import MARGIN_MEASURES
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study import AGE, COLUMNS, EPOCH, RECALIBRATION, RUN, Study
 from proofmass.runner.host.arrays import AnyArray
 
-RUN, EPOCH, AGE, RECALIBRATION, FAULT = "run", "epoch", "age", "recalibration", "fault"
 _ONE_BY_ONE = 20_000  # runs and epochs too few to compile the functions that draw
 
 
@@ -96,4 +95,4 @@ class DrawnTable:
 
 def _other_names(study: Study) -> set[str]:
     margins = {f"{loop}.{name}" for loop in study.flat.loops for name in MARGIN_MEASURES} if study.margins else ()
-    return {RUN, EPOCH, AGE, RECALIBRATION, FAULT, *measure_units(study.flat), *margins, *study.changes}
+    return {*COLUMNS, *measure_units(study.flat), *margins, *study.changes}

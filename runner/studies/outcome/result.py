@@ -11,11 +11,11 @@ import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.shown_units import display, in_table, long_time, prefix
-from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study import RUN, Study
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.host.notebook import Plotted, html_table
 from proofmass.runner.plan.planned import PlannedMeasure
-from proofmass.runner.studies.draws.drawn_table import RUN, DrawnTable
+from proofmass.runner.studies.draws.drawn_table import DrawnTable
 from proofmass.runner.studies.outcome.intervals import (
     Bounds,
     deviation_interval,

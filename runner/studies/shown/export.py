@@ -9,8 +9,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from proofmass.graphs.studies.study import EPOCH, FAULT, RUN
 from proofmass.runner.output.export import save_dataset, whole_csv, write_parquet
-from proofmass.runner.studies.draws.drawn_table import EPOCH, FAULT, RUN, DrawnTable, drawn_columns
+from proofmass.runner.studies.draws.drawn_table import DrawnTable, drawn_columns
 from proofmass.runner.studies.outcome.result import StudyResult
 
 _RUNS = 10_000  # drawn again and written together

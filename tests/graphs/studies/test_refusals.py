@@ -55,6 +55,16 @@ def test_an_entry_of_a_study(old: str, new: str, at: str, said: str, words: str)
     assert words in told
 
 
+@pytest.mark.parametrize("name", ["run", "epoch", "age", "recalibration", "fault"])
+@pytest.mark.defect("C884", before="an error inside behind all runs, or two columns of a name", after="refused")
+def test_a_measure_has_no_name_of_a_column(name: str) -> None:
+    text = changed(STUDY, "[measures]\n", f'[measures]\n{name} = {{ signal = "adc.code", statistic = "max" }}\n')
+    told = only_problem(text, f"{name} =")
+    assert told.startswith(f"measures.{name}: the name is taken: tables of a study have a column of it")
+    of_change = changed(STUDY, LIMITS, f'[study.changes]\n{name} = {{ measure = "bias" }}\n{LIMITS}')
+    assert only_problem(of_change, f"{name} = {{ measure").startswith(f"changes.{name}: the name is taken")
+
+
 def test_a_parameter_named_by_its_export_and_by_its_block() -> None:
     text = changed(STUDY, "probes =", 'exports = { scale = "adc.reference" }\nprobes =')
     text = changed(text, "[study.spread]\n", '[study.spread]\n"scale" = { normal = "1 ppm", relative = true }\n')
