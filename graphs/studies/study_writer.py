@@ -6,7 +6,7 @@ from typing import Any
 
 from proofmass.graphs.files.toml_writer import inline, quoted, write_graph
 from proofmass.graphs.model.graph import Graph
-from proofmass.graphs.studies.ageing import Drift
+from proofmass.graphs.studies.ageing import LAWS, NEEDED_BY, Drift
 from proofmass.graphs.studies.changes import CALIBRATION, Change
 from proofmass.graphs.studies.distributions import Spread
 from proofmass.graphs.studies.empirical import COLUMN
@@ -86,7 +86,12 @@ def _missions(study: Study) -> dict[str, Any]:
 
 
 def _drift(drift: Drift) -> dict[str, Any]:
-    return {name: value for name, value in _changed(drift, Drift()).items() if name != "history"}
+    """The laws that are not zero, and those at zero without which the others do not read."""
+    table = {name: value for name, value in _changed(drift, Drift()).items() if name != "history"}
+    laws = {NEEDED_BY[key] for key in table if key in NEEDED_BY}
+    laws |= {"arrhenius"} if drift.mission and not laws & {"arrhenius", "cycles"} else set()
+    laws |= set() if laws.union(table).intersection(LAWS) else {"ramp"}
+    return dict.fromkeys(sorted(laws), 0.0) | table
 
 
 def _change(change: Change) -> dict[str, Any]:

@@ -25,6 +25,31 @@ def test_it_reads_back_to_the_same_study(text: str, tmp_path: Path) -> None:
     assert read_study(again).drawn(3) == study.drawn(3)
 
 
+@pytest.mark.parametrize(
+    "law",
+    [
+        'ramp = "0 ppm/year", ramp_spread = "5 ppm/year"',
+        'ramp = "0 ppm/year"',
+        'random_walk = "0 ppm/sqrt(year)"',
+        'logarithmic = 0, onset = "2 h", logarithmic_spread = "20 ppm"',
+        'arrhenius = "0 ppm/year", temperature = "350 K"',
+        'arrhenius = "0 ppm/year", mission = "car"',
+        'cycles = 0, mission = "car"',
+        'cycles = 0, cycles_spread = "1 ppm", cycle_range = "50 K", mission = "car"',
+    ],
+)
+@pytest.mark.defect("C885", before="report refused the folder of a drift of 0 +- 5 ppm/year", after="it reads back")
+def test_a_drift_of_zero_reads_back(law: str, tmp_path: Path) -> None:
+    car = '[study.missions]\ncar = { phases = [{ temperature = "300 K", for = "1 h" }] }\n'
+    at = STUDY.index("[study.drift]")
+    head, _, tail = STUDY[at:].partition("}\n")
+    drift = head[: head.index("{")] + f"{{ {law}, relative = true }}\n"
+    (tmp_path / "study.toml").write_text(STUDY[:at] + drift + tail + (car if "mission" in law else ""))
+    study = read_study(tmp_path / "study.toml")
+    (tmp_path / "again.toml").write_text(write_study(study))
+    assert read_study(tmp_path / "again.toml").drawn(3) == study.drawn(3)
+
+
 def test_a_study_made_in_python(tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text(STUDY)
     graph = read_study(tmp_path / "study.toml").graph
