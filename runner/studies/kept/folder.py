@@ -63,7 +63,10 @@ def kept_result(folder: Path, own: Own | None = None) -> StudyResult:
     study = read_study(folder / STUDY_FILE, own)
     measures = SensorRuns(study, "python").measures
     names = (measure.name for measure in measures)
-    ledger = Ledger(folder / FILE, names, len(study.epochs), {"study": study.text()})
+    facts = {"study": study.text()}
+    if moved(study.graph, str(folder / STUDY_FILE)) is study.graph:  # recordings have other names from here
+        facts["graph"] = graph_text(study.graph)
+    ledger = Ledger(folder / FILE, names, len(study.epochs), facts)
     try:
         means = RunningMeans(study, measures)
         means.add(ledger.outcomes(means.end))

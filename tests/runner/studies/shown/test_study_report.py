@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study, read_study_text
@@ -106,6 +107,22 @@ def test_it_says_since_when_changes_are_counted(text: str, since: list[list[str]
         for words, age in zip(said, ages, strict=True):
             before = "last calibration, at " if text == CALIBRATED else ""
             assert words == (age and f" Changes are those since the {before}{age}.")
+
+
+@pytest.mark.defect(
+    "S930", before="the codes of a measure stood under another name", after="refused, with what differs"
+)
+def test_a_graph_that_was_changed_in_the_folder_is_refused(tmp_path: Path) -> None:
+    """Rows of a ledger are in the order of measures, so that another name has the numbers of another."""
+    text = STUDY.replace("[measures]\n", '[measures]\ncode = { signal = "adc.code", statistic = "last" }\n')
+    run_study(read_study_text(text), runs=4, folder=tmp_path, engine="python")
+    kept_result(tmp_path)
+    study = tmp_path / "study.toml"
+    whole = study.read_text()
+    for before, after in (("\ncode =", "\nzenith ="), ('"5 V"', '"6 V"')):
+        study.write_text(whole.replace(before, after))
+        with pytest.raises(ModelError, match="belongs to another graph"):
+            kept_result(tmp_path)
 
 
 EITHER = pytest.mark.parametrize("study", ["of_two_ages", pytest.param("folder", marks=pytest.mark.exhaustive)])
