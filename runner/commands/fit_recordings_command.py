@@ -9,6 +9,7 @@ from proofmass.runner.commands.answers import DONE, INTERRUPTED, WRONG_MODEL, pr
 from proofmass.runner.commands.declarations.fit import FitRequest
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
+from proofmass.runner.commands.tolerances import by_name
 from proofmass.runner.design.identification.fitted import fit
 from proofmass.runner.design.identification.plot import plot_fitted
 from proofmass.runner.design.identification.text import fitted_text
@@ -46,22 +47,22 @@ def fit_recordings(request: FitRequest) -> int:
 
 def _mapped(option: str, texts: Sequence[str]) -> dict[str, str]:
     """Signals and their columns."""
-    mapped = {}
+    mapped = list[tuple[str, str]]()
     for text in texts:
         signal, _, column = text.partition("=")
         if "." not in signal:
             raise click.UsageError(f"{option} {text}: write BLOCK.PORT=COLUMN, for example readout.voltage=volts")
-        mapped[signal.strip()] = column.strip() or signal.strip()
-    return mapped
+        mapped.append((signal.strip(), column.strip() or signal.strip()))
+    return by_name(option, mapped)
 
 
 def _bounds(texts: Sequence[str]) -> dict[str, object]:
     """Parameters and what is known of them: bounds, or a value with its standard uncertainty."""
-    free: dict[str, object] = {}
+    free = list[tuple[str, object]]()
     for text in texts:
         name, equals, known = text.partition("=")
-        free[name.strip()] = _known(text, known) if equals else {}
-    return free
+        free.append((name.strip(), _known(text, known) if equals else {}))
+    return by_name("--free", free)
 
 
 def _known(text: str, known: str) -> dict[str, str]:

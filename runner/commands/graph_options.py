@@ -1,6 +1,5 @@
 """The graph that a command works on: a file, with what `--blocks`, `--set` and `--probe` say."""
 
-from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import STUDY, is_study, read_variants
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.swept_values import value_of
+from proofmass.runner.commands.tolerances import by_name
 
 
 def graph_of(path: Path, own: Path | None, changes: tuple[str, ...] = (), probes: tuple[str, ...] = ()) -> Graph:
@@ -42,11 +42,7 @@ def toleranced(path: Path, own: Path | None, changes: tuple[str, ...]) -> tuple[
 
 def changed(graph: Graph, changes: tuple[str, ...]) -> Graph:
     """Return the graph with what `--set` says; raises `ModelError` or `click.UsageError`."""
-    pairs = [_change(graph, text) for text in changes]
-    values = dict(pairs)
-    twice = sorted(key for key, times in Counter(key for key, _ in pairs).items() if times > 1)
-    if twice:
-        raise click.UsageError(f"--set {twice[0]} is given twice: keep one of them")
+    values = by_name("--set", [_change(graph, text) for text in changes])
     if "integration" not in (*graph.blocks, *graph.subgraphs):
         whole = "integration."
         steps = {key.removeprefix(whole): values.pop(key) for key in tuple(values) if key.startswith(whole)}

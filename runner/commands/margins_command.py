@@ -23,6 +23,7 @@ from proofmass.runner.commands.declarations.graphs import MarginsRequest
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
+from proofmass.runner.commands.tolerances import by_name
 from proofmass.runner.planning.plan import plan
 
 if TYPE_CHECKING:
@@ -120,7 +121,7 @@ def _pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:
     for text, (name, equals, value) in zip(texts, pairs, strict=True):
         if not (name and equals and value):
             raise click.UsageError(f"{option} {text}: write BLOCK=VALUE, for example quantiser=0.7")
-    return {name.strip(): value.strip() for name, _, value in pairs}
+    return by_name(option, ((name.strip(), value.strip()) for name, _, value in pairs))
 
 
 def _answers(points: OperatingPoints, request: MarginsRequest) -> dict[str, Margins | ModelError]:

@@ -10,7 +10,7 @@ from proofmass.runner.commands.answers import DONE, INTERRUPTED, WRONG_MODEL, pr
 from proofmass.runner.commands.declarations.design import CheckProofRequest, ProveRequest
 from proofmass.runner.commands.graph_options import toleranced
 from proofmass.runner.commands.progress import progress
-from proofmass.runner.commands.tolerances import read_tolerance
+from proofmass.runner.commands.tolerances import by_name, read_tolerance
 from proofmass.runner.design.proof.attempt import KnownProofs, known_proofs
 from proofmass.runner.design.proof.prove import prove
 from proofmass.runner.design.proof.text import proofs_text
@@ -26,16 +26,16 @@ def show_proofs(request: ProveRequest) -> int:
         proofs = request.call(
             prove,
             source,
-            tolerances=dict(map(read_tolerance, request.tolerances)),
+            tolerances=by_name("--tolerance", map(read_tolerance, request.tolerances)),
             input=request.source_signal,
-            scale_factor=dict(map(_limits, request.scale_factors)),
-            bias=dict(map(_limits, request.biases)),
-            constants=dict(map(_limits, request.constants)),
-            peak=dict(map(_limits, request.peaks)),
-            noise=dict(map(_limits, request.noises)),
-            rounding=dict(map(_limits, request.roundings)),
-            input_ranges=dict(map(_limits, request.input_ranges)),
-            slow_change=dict(map(_rate, request.slow_changes)),
+            scale_factor=by_name("--scale-factor", map(_limits, request.scale_factors)),
+            bias=by_name("--bias", map(_limits, request.biases)),
+            constants=by_name("--constant", map(_limits, request.constants)),
+            peak=by_name("--peak", map(_limits, request.peaks)),
+            noise=by_name("--noise", map(_limits, request.noises)),
+            rounding=by_name("--rounding", map(_limits, request.roundings)),
+            input_ranges=by_name("--input-range", map(_limits, request.input_ranges)),
+            slow_change=by_name("--slow-change", map(_rate, request.slow_changes)),
             progress=bar,
             known=_known(request, source),
         )

@@ -1,8 +1,21 @@
-"""Tolerances as options give them."""
+"""Options that say something of a name, such as tolerances."""
 
-from typing import Any
+from collections import Counter
+from collections.abc import Iterable
+from typing import Any, TypeVar
 
 import click
+
+_Said = TypeVar("_Said")
+
+
+def by_name(option: str, pairs: Iterable[tuple[str, _Said]]) -> dict[str, _Said]:
+    """Return what is said by name; raises `click.UsageError` where two say something of one."""
+    said = list(pairs)
+    twice = sorted(name for name, times in Counter(name for name, _ in said).items() if times > 1)
+    if twice:
+        raise click.UsageError(f"{f'{option} {twice[0]}'.rstrip()} is given twice: keep one of them")
+    return dict(said)
 
 
 def read_tolerance(text: str) -> tuple[str, Any]:

@@ -12,7 +12,7 @@ from proofmass.runner.commands.answers import DONE, INTERRUPTED, print_answer, p
 from proofmass.runner.commands.declarations.design import WorstRequest
 from proofmass.runner.commands.graph_options import toleranced
 from proofmass.runner.commands.progress import progress
-from proofmass.runner.commands.tolerances import read_tolerance
+from proofmass.runner.commands.tolerances import by_name, read_tolerance
 from proofmass.runner.design.worst.plot import plot_worst
 from proofmass.runner.design.worst.text import worst_text
 from proofmass.runner.design.worst.worst import worst
@@ -31,7 +31,7 @@ def show_worst(request: WorstRequest) -> int:
             worst,
             source,
             quantities or None,
-            tolerances=dict(map(read_tolerance, request.tolerances)),
+            tolerances=by_name("--tolerance", map(read_tolerance, request.tolerances)),
             seed=request.seed or 0,
             progress=bar,
         )
