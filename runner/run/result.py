@@ -350,7 +350,9 @@ class Result(Plotted):
 
         if not self.traces:
             return pandas.DataFrame()
-        return pandas.concat([trace.to_pandas() for trace in self.traces.values()], axis=1).sort_index()
+        tables = [(trace.to_pandas(), trace.values) for trace in self.traces.values()]
+        whole = (table.astype("Int64") if _beyond_floats(values) else table for table, values in tables)
+        return pandas.concat(list(whole), axis=1).sort_index()
 
     def _repr_html_(self) -> str:
         heads = ("signal", "unit", "rows", "mean", "std", "min", "max", "")
@@ -367,6 +369,13 @@ class Result(Plotted):
             last = row.get("last", "")
             text = f"[{len(last)} entries]" if isinstance(last, list) else f"{last * factor:.6g}" if last != "" else ""
             yield trace.signal, "" if unit == "1" else unit, f"{row['rows']:,}", *numbers, text
+
+
+def _beyond_floats(values: AnyArray) -> bool:
+    """Return whether floats, as a column with NaN has them, would round some of the integers."""
+    if values.dtype.kind != "i" or not values.size:
+        return False
+    return max(int(values.max()), -int(values.min())) > 1 << EXACT_BITS
 
 
 def _bytes(values: AnyArray) -> bytes:

@@ -66,6 +66,17 @@ def test_probes_of_another_clock_offset_have_an_axis_of_their_own() -> None:
     assert table["b.level [1]"].dropna().tolist() == [3.0, 4.0]
 
 
+@pytest.mark.defect("S931", before="2^53 + 1 of a slower probe was 2^53 in pandas: floats, for NaN", after="exact")
+def test_large_integers_stay_whole_beside_faster_probes() -> None:
+    codes = [2**53 + 1, -(2**53) - 1, 2**63 - 1]
+    small = made_trace("small.code", [2**53, -(2**53)], stride=15)
+    fast = made_trace("sine.output", np.zeros(30), "V")
+    table = made_result([fast, made_trace("adc.code", codes, stride=10), small]).to_pandas()
+    assert table["adc.code [1]"].dropna().tolist() == codes
+    assert table["small.code [1]"].dropna().tolist() == [2.0**53, -(2.0**53)]
+    assert table["small.code [1]"].dtype == np.float64
+
+
 def test_xarray_has_units_axes_and_what_the_run_was_made_with() -> None:
     data = mixed_result().to_xarray()
     assert data["sine.output"].dims == ("time",)
