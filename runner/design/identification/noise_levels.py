@@ -86,8 +86,8 @@ def noise_levels(
     _refuse_others(graph, sources, signals, found)
     parts = np.linalg.inv(table) * variances * [_larger_half(left[s][1]) for s in signals]
     for source, signal, value, half in zip(sources, signals, found, np.linalg.norm(parts, axis=1), strict=True):
-        known = (float(value), float(half / value)) if value > 0.0 else (None, math.inf)
-        yield NoiseLevel(source.written, source.unit, source.before, *known, signal)
+        level, width = (float(value), float(half / value)) if value > 0.0 else (None, math.inf)
+        yield NoiseLevel(source.written, source.unit, source.before, level, width, signal)
 
 
 def _source(graph: Graph, flat: FlatGraph, written: str, budgets: Mapping[str, NoiseBudget]) -> _Source:
