@@ -27,7 +27,7 @@ _GOLDEN = 0.5 * (3.0 - math.sqrt(5.0))
 _QUIET = 0.5  # part of itself by which a growth may change in a step
 _SHORTEST = 1e-3  # step that is not halved
 _FAR = 1e300  # growth that stands for infinity
-_HIDDEN = 1e-12  # growth that rounding may hide
+HIDDEN = 1e-12  # growth that rounding may hide
 
 Growths = Callable[[npt.NDArray[Any]], Array]  # of many places at once
 
@@ -106,7 +106,7 @@ def stable_intervals(growths: Growths, places: Array) -> Iterator[tuple[float, f
     """Yield the intervals between the first place and the last of negative growth, in order."""
     begin, low, stable = float(places[0]), float(places[0]), None
     for high, value in _told(growths, places):
-        if abs(value) <= _HIDDEN:
+        if abs(value) <= HIDDEN:
             continue
         if stable is not None and (value < 0.0) != stable:
             (edge,) = zeros_between(lambda x: np.clip(growths(x), -_FAR, _FAR), np.array([low]), np.array([high]))
@@ -129,7 +129,7 @@ def _told(growths: Growths, places: Array) -> list[tuple[float, float]]:
         steps = [
             (low, high)
             for low, high in steps
-            if high - low > _SHORTEST and max(abs(known[low]), abs(known[high])) > _HIDDEN
+            if high - low > _SHORTEST and max(abs(known[low]), abs(known[high])) > HIDDEN
         ]
         middles = [0.5 * (low + high) for low, high in steps]
         values = growths(np.array(middles)).tolist() if steps else []

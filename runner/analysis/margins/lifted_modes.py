@@ -20,6 +20,7 @@ from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.lasting import holders
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole, Verdict, judged, together
+from proofmass.runner.analysis.margins.bracketed import HIDDEN
 from proofmass.runner.analysis.margins.modes import Mode
 from proofmass.runner.host.arrays import Array, Complex
 
@@ -29,7 +30,16 @@ _schur: Any = scipy.linalg.schur
 
 
 def seen(system: OpenLoop) -> tuple[OpenLoop, Verdict, tuple[Pole, ...], tuple[Mode, ...]]:
-    """Return the visible part of a loop, its verdict, its closed-loop poles, the slowest first, and hidden modes."""
+    """Return the visible part of a loop, its verdict, its closed-loop poles, the slowest first, and hidden modes.
+
+    A pole that is nearer to the boundary of stability than growths are followed is no better known.
+    """
+    visible, _, poles, hidden = _seen(system)
+    followed = (replace(p, uncertainty=max(p.uncertainty, HIDDEN)) if abs(p.distance) <= HIDDEN else p for p in poles)
+    return visible, *together(followed), hidden
+
+
+def _seen(system: OpenLoop) -> tuple[OpenLoop, Verdict, tuple[Pole, ...], tuple[Mode, ...]]:
     closed = np.real(system.closed())
     verdict, poles = judged(closed, not system.continuous, system.variation, system.ticks)
     marginal = [pole for pole in poles if pole.verdict == "marginal"]

@@ -125,7 +125,10 @@ def _slowest(pole: Pole, sampled: bool) -> str:
 def _way_back(margins: Margins) -> str:
     """Return how a loop that is not stable could become stable."""
     if not margins.stable_gains:
-        return f"no factor at {margins.open_at} makes it stable; proofmass margins shows its poles and crossovers"
+        hidden = ", but for what rounding hides" * (margins.verdict == "marginal")
+        return (
+            f"no factor at {margins.open_at} makes it stable{hidden}; proofmass margins shows its poles and crossovers"
+        )
     low, high = margins.stable_gains[-1]
     limits = f"above {low:.4g}" if math.isinf(high) else f"between {low:.4g} and {high:.4g}"
     return f"a factor {limits} at {margins.open_at} makes it stable"

@@ -124,7 +124,8 @@ def _limits(margins: Margins) -> list[tuple[str, str]]:
 
 def _way_back(margins: Margins) -> list[tuple[str, str]]:
     """Return the gains that would make a loop stable, and its distance from -1."""
-    rows = [("stable with", _factors(margins) if margins.stable_gains else "no factor at the wire")]
+    hidden = ", but for what rounding hides" * (margins.verdict == "marginal")
+    rows = [("stable with", _factors(margins) if margins.stable_gains else f"no factor at the wire{hidden}")]
     if margins.distance is not None:
         rows.append(("distance", f"{margins.distance:.4g} from -1 at the least"))
     return rows
