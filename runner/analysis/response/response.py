@@ -18,6 +18,7 @@ from proofmass.runner.analysis.linearisation.linearisation import At, Linearisat
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import common_period
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
+from proofmass.runner.analysis.linearisation.rounded import NEAR, known_note, moved_maps, nearest_mode
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse, grid, resonances
 from proofmass.runner.analysis.margins.frequencies import Samples, highest
 from proofmass.runner.analysis.response.simulated import Simulated, read_amplitude, simulated
@@ -228,7 +229,13 @@ def response_of(
     """Return the linear response between two outputs about an operating point."""
     whole = about.map([source], [target])
     notes = (*whole.notes, *about.corner_notes([source], [target]))
-    return response_of_map(about.plan, source, target, replace(whole, notes=notes), frequencies)
+    found = response_of_map(about.plan, source, target, replace(whole, notes=notes), frequencies)
+    apart = nearest_mode(found.wires.poles)
+    if not apart < NEAR:
+        return found
+    others = (response_of_map(about.plan, source, target, other, frequencies) for other in moved_maps(whole))
+    note = known_note(_sizes(found), map(_sizes, others), apart)
+    return replace(found, notes=(*found.notes, note)) if note else found
 
 
 def response_of_map(
@@ -263,6 +270,10 @@ def _shown(wires: WireResponse) -> Array:
     lowest = _BELOW * min([*corners, wires.top])
     even = np.linspace(0.0, wires.top, _EVEN).tolist()  # a delay turns the phase evenly
     return grid(wires, max(lowest, wires.top * 10.0**-_DECADES), wires.top, even)
+
+
+def _sizes(of: Response) -> list[float | None]:
+    return [of.peak[1], of.at_rest, *of.corners]
 
 
 def _notes(whole: PeriodMap, wires: WireResponse) -> tuple[str, ...]:
