@@ -30,7 +30,7 @@ def no_sensor_has_less(found: Proofs, loop: str, decibels: float, degrees: float
 @pytest.mark.exhaustive
 def test_the_fluxgate_at_the_tolerances_of_its_study() -> None:
     """Cores within 30 and 15 %, whose slope is 1 / cosh^2, and an excitation within 15 %."""
-    found = prove(read_study("library:closed_loop_fluxgate"), phase_margin="45 deg", gain_margin="6 dB", seconds=600)
+    found = prove(read_study("library:closed_loop_fluxgate"), phase_margin="45 deg", gain_margin="6 dB", seconds=6000)
     assert max(len(one.searched.leaves) for one in found.proofs) < 20
     no_sensor_has_less(found, "field", 6.0, 45.0)
 
@@ -42,7 +42,7 @@ def test_the_accelerometer_with_eight_parameters_within_ten_per_cent() -> None:
     within = [*gains, "pendulum.inertia", "pendulum.damping", "pendulum.stiffness"]
     graph = read_graph("library:closed_loop_accelerometer")
     tolerances = dict.fromkeys(within, "10 %")
-    found = prove(graph, tolerances=tolerances, gain_margin="26 dB", phase_margin="77 deg", seconds=600)
+    found = prove(graph, tolerances=tolerances, gain_margin="26 dB", phase_margin="77 deg", seconds=6000)
     assert max(len(one.searched.leaves) for one in found.proofs) < 200
     no_sensor_has_less(found, "main", 26.0, 77.0)
 
@@ -52,5 +52,5 @@ def test_a_part_of_the_tolerances_of_the_seismometer() -> None:
     """A period of 20 ticks of a loop of 10 states, among them a frame with a light mode of 564 Hz."""
     tolerances = {"frame.stiffness": "0.5 %", "frame.damping": "60 %", "pickoff.gain": "15 %"}
     graph = read_graph("library:force_balance_seismometer")
-    found = prove(graph, tolerances=tolerances, phase_margin="30 deg", gain_margin="6 dB", seconds=600)
+    found = prove(graph, tolerances=tolerances, phase_margin="30 deg", gain_margin="6 dB", seconds=6000)
     no_sensor_has_less(found, "balance", 6.0, 30.0)
