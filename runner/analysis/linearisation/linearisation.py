@@ -259,7 +259,7 @@ class OperatingPoints:
         """
         about, system = self.about_loop(node, by_parameters, otherwise)
         notes = about.corners_of(system, node)
-        return replace(system, map=replace(system.map, notes=(*system.map.notes, *notes))) if notes else system
+        return system.noted(*notes) if notes else system
 
     def about_loop(
         self, node: Endpoint, by_parameters: bool = False, otherwise: "Otherwise | None" = None

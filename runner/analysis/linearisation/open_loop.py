@@ -8,7 +8,7 @@ wire.
 
 import cmath
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -42,6 +42,10 @@ class OpenLoop:
     variation: Variation | None = None
     ticks: int = 1  # of a period
     hidden: tuple[complex, ...] = ()  # poles over the period no factor moves and the map leaves out
+
+    def noted(self, *notes: str) -> "OpenLoop":
+        """Return the loop with more notes on its operating point."""
+        return replace(self, map=replace(self.map, notes=(*self.map.notes, *notes)))
 
     @property
     def matrices(self) -> tuple[Array, Array, Array, Array]:

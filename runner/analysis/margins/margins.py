@@ -215,8 +215,7 @@ def over_stretches(system: OpenLoop, figures: Figures) -> tuple[OpenLoop, Figure
         phase_margin=phase if math.isfinite(phase) else None,
     )
     told = ranges([least_gain_margin(*pair) for pair in limits], phases)
-    notes = (*system.map.notes, f"the least of their margins is shown: {told}") if told else system.map.notes
-    return replace(system, map=replace(system.map, notes=notes)), worst
+    return system.noted(f"the least of their margins is shown: {told}") if told else system, worst
 
 
 def ranges(gains: Sequence[float], turns: Sequence[float]) -> str:

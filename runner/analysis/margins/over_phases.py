@@ -58,8 +58,7 @@ class OverPhases:
             return found
         ranges, least = told
         note = f"over the phase of {entry[0]} to the schedule, which nothing holds: {ranges}"
-        noted = replace(system, map=replace(system.map, notes=(*system.map.notes, note)))
-        return replace(found, system=noted, least_over_phases=least)
+        return replace(found, system=system.noted(note), least_over_phases=least)
 
     def _told(
         self, found: Margins, about: Linearisation, ends: Ends, entry: Entry

@@ -20,8 +20,7 @@ def with_rounding(found: Margins) -> Margins:
     others = (replace(system, map=other) for other in moved_maps(system.map))
     moved = (_figures(margins_at(other, found.loop, found.open_at)) for other in others)
     note = known_note(_figures(found), moved, apart)
-    noted = replace(system, map=replace(system.map, notes=(*system.map.notes, note)))
-    return replace(found, system=noted) if note else found
+    return replace(found, system=system.noted(note)) if note else found
 
 
 def _apart(found: Margins) -> float:
