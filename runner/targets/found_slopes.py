@@ -10,8 +10,7 @@ import numpy as np
 from proofmass.runner.derivatives.stepped_ticks import Indices
 from proofmass.runner.host.arrays import AnyArray, Truths
 from proofmass.runner.program.form import FLOAT, INTEGER, Storage, Value
-from proofmass.runner.program.lower import lower, program
-from proofmass.runner.targets.machine_code import load
+from proofmass.runner.targets.machine_code import load_python
 from proofmass.runner.targets.native_lanes import aligned
 
 LANES = 16  # directions side by side
@@ -104,7 +103,7 @@ def _code() -> Callable[..., Any]:
         Storage(FLOAT, None, writable=True),
     )
     arrays = read, lanes, places, (places, places, places), (places, places, places, values, places), (read, lanes)
-    return load(program(lower(_follow, (*(number,) * 6, *arrays)).function))
+    return load_python(_follow, (*(number,) * 6, *arrays))
 
 
 def _follow(

@@ -9,7 +9,7 @@ same bits as plain Python.
 import ctypes
 import ctypes.util
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -19,6 +19,8 @@ from proofmass.runner.host.cache import keep, kept
 from proofmass.runner.host.llvm_lock import AT_WORK
 from proofmass.runner.host.versions import version
 from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, External, Function, Program, Storage, Value
+from proofmass.runner.program.lower import lower, program
+from proofmass.runner.program.structure import Lowered
 from proofmass.runner.targets.lane_text import LanesOf, lane_text
 from proofmass.runner.targets.llvm_functions import externals
 from proofmass.runner.targets.llvm_text import ENTRY, llvm_text
@@ -60,6 +62,11 @@ class LlvmModule(NamedTuple):
 def load(program: Program, settings: Settings = ALONE) -> Callable[..., Any]:
     """The program as a function of numbers and addresses of arrays; made and kept when it is not there yet."""
     return load_module(LlvmModule.of(program, settings))
+
+
+def load_python(function: Callable[..., Any], arguments: Sequence[Lowered]) -> Callable[..., Any]:
+    """Return a Python function of such arguments as machine code, as `load` does."""
+    return load(program(lower(function, arguments).function))
 
 
 def load_lanes(program: Program, lanes: int, of_entry: LanesOf, settings: Settings) -> Callable[..., Any]:

@@ -182,8 +182,8 @@ class OrbitSearch:
         return not all(np.allclose(first[n], table[n], _TURNED, sizes[n]) for table in tables for n in first)
 
     def _ahead(self, first: PeriodMap, maps: Mapping[int, PeriodMap], switched: Sequence[int]) -> tuple[PeriodMap, ...]:
-        """Return maps at instants ahead, if a loop taken as it stands has other limits there."""
-        if not self._ends.cut or switched:
+        """Return maps at instants ahead, if a loop that is closed has other limits there, taken as it stands."""
+        if not self._ends.cut or switched or not _passes(first):
             return ()
         last = self._horizon(first)
         looks = sorted({max(1, last * number // INSTANTS) for number in range(1, INSTANTS + 1)})

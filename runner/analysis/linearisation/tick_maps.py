@@ -4,13 +4,14 @@ for each period.
     y[k] = c[k] x[k] + d[k] u[k],   x[k+1] = a[k] x[k] + b[k] u[k],   k = 0 ... p - 1,   x[p] is the next x[0]
 
 Closed through a factor f, u = f y, one period is the product of a[k] + b[k] c[k] f / (1 - f d[k]).
-For few factors it is computed pair by pair, for many of them value by value, side by side. Each
-part has its own power of two, so that a loop which grows by any factor and shrinks again is exact.
+Those of several factors are computed side by side, value by value. Each has its own power of two,
+so that a loop which grows by any factor and shrinks again is exact.
 """
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -19,12 +20,14 @@ import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
-from proofmass.runner.derivatives.stepped_ticks import TickSlopes
+from proofmass.runner.derivatives.stepped_ticks import Indices, TickSlopes
 from proofmass.runner.host.arrays import Array, Truths
+from proofmass.runner.program.form import FLOAT, INTEGER, Storage, Value
 
 _ENTRIES = 1 << 20  # numbers of a batch
-_MANY = 12  # factors, from which products value by value take less time than those by pairs
 _ROOM = 500.0  # powers of two by which products may grow before they are scaled
+_POWER = 64  # of two, by which they are scaled where they are larger, or smaller
+_LARGE = 2.0**_POWER
 _UNSCALED = 8  # values of the wire for which they are not scaled at most
 _MOST_ENTRIES = 1 << 25  # of all maps: 256 MiB
 _DOUBLED = 40  # times that the number of periods is doubled over which a sum is taken
@@ -71,52 +74,34 @@ class TickMaps:
 
     def _batches(self, factors: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[np.int64]]:
         """Return the transition matrix of x over a period for each factor, and the power of two that it lacks."""
-        ticks, n = self.b.shape
-        many = len(factors) >= _MANY
-        products, size = (self._side_by_side, n * n) if many else (self._by_pairs, ticks * n * n)
-        step = max(1, _ENTRIES // max(1, size))
+        step = max(1, _ENTRIES // max(1, self.b.shape[1] ** 2))
         loops = factors[:, None] / (1.0 - factors[:, None] * self.d)
-        matrices, exponents = zip(*(products(loops[i : i + step]) for i in range(0, len(loops), step)), strict=True)
+        parts = (self._products(loops[i : i + step]) for i in range(0, len(loops), step))
+        matrices, exponents = zip(*parts, strict=True)
         return np.concatenate(matrices), np.concatenate(exponents)
 
-    def _by_pairs(self, loops: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[np.int64]]:
-        maps = self.a + self.b[:, :, None] * (self.c * loops[:, :, None])[:, :, None, :]
-        exponents = np.zeros(maps.shape[:2], dtype=np.int64)
-        while maps.shape[1] > 1:
-            odd = maps.shape[1] % 2
-            left, left_exponents = maps[:, -1:], exponents[:, -1:]
-            last = maps.shape[1] - odd
-            both = exponents[:, 1::2] + exponents[:, :last:2]
-            maps, exponents = _scaled(maps[:, 1::2] @ maps[:, :last:2], both)
-            if odd:
-                maps, exponents = np.hstack([maps, left]), np.hstack([exponents, left_exponents])
-        return maps[:, 0], exponents[:, 0]
-
-    def _side_by_side(self, loops: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[np.int64]]:
-        """Return the products for many factors: each value multiplies all of them by one matrix, and adds a column."""
-        count, n = len(loops), self.b.shape[1]
+    def _products(self, loops: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[np.int64]]:
+        (count, ticks), n = loops.shape, self.b.shape[1]
         products = np.zeros((n, count, n), dtype=loops.dtype)
         products[range(n), :, range(n)] = 1.0
         exponents = np.zeros(count, dtype=np.int64)
-        steps, real = self._unscaled(loops), np.dtype(float)
-        for k, (a, b, c, loop) in enumerate(zip(self.a, self.b, self.c, loops.T, strict=True), start=1):
-            rows = products.reshape(n, -1).view(real)  # complex numbers are two columns of one
-            back = (c @ rows).view(loops.dtype).reshape(count, n) * loop[:, None]
-            products = (a @ rows).view(loops.dtype).reshape(n, count, n)
-            products += b[:, None, None] * back
-            if k % steps == 0 or k == len(self.b):
-                _, powers = np.frexp(np.max(np.abs(products), axis=(0, 2), initial=0.0))
-                products *= np.ldexp(1.0, -powers)[:, None]
-                exponents += powers
+        arrays = [np.ascontiguousarray(part) for part in (self.a, self.b, self.c, loops.T)]
+        arrays += [products, np.empty_like(products), np.empty_like(products[0]), exponents]
+        numbers = loops.dtype.itemsize // exponents.itemsize
+        _code()(ticks, self._unscaled(loops), n, count, numbers, *(each.ctypes.data for each in arrays))
         return products.transpose(1, 0, 2), exponents
 
     def _unscaled(self, loops: npt.NDArray[Any]) -> int:
         """Return for how many values of the wire no product can leave the range of numbers."""
-        back = (
-            np.max(np.abs(loops), axis=0, initial=0.0) * np.sum(np.abs(self.b), axis=1) * np.sum(np.abs(self.c), axis=1)
-        )
-        largest = float(np.max(np.sum(np.abs(self.a), axis=(1, 2)) + back, initial=1.0))
+        moved, back = self._growing
+        largest = float(np.max(moved + np.max(np.abs(loops), axis=0) * back, initial=1.0))
         return min(_UNSCALED, max(1, int(_ROOM / np.log2(largest)))) if 2.0 < largest < np.inf else _UNSCALED
+
+    @cached_property
+    def _growing(self) -> tuple[Array, Array]:
+        """Bounds of what each map makes of a state, without the wire and by it."""
+        entered, read = (np.sum(np.abs(part), axis=1) for part in (self.b, self.c))
+        return np.sum(np.abs(self.a), axis=(1, 2)), entered * read
 
     @cached_property
     def units(self) -> Array:
@@ -226,15 +211,17 @@ def maps_of_ticks(
     within[kept], within[size] = np.arange(n), n
     row, column = within[slopes.row], within[slopes.column]
     counts = (row >= 0) & (column >= 0)
-    ticks = len(slopes.valued)
-    maps = np.zeros((ticks + 1, n + 1, n + 1))
-    maps[slopes.tick[counts], row[counts], column[counts]] = slopes.value[counts]
-    for to, source in back.values():
-        if within[to] >= 0 and within[source] >= 0:
-            maps[ticks, within[to], within[source]] = 1.0
+    joined = within[np.array([*back.values()], dtype=np.int64).reshape(-1, 2)]
+    joined = joined[(joined >= 0).all(axis=1)]
+    last = len(slopes.valued)  # where the end of a period is the start of the next
+    tick, value = (
+        np.append(of[counts], np.full(len(joined), at)) for of, at in ((slopes.tick, last), (slopes.value, 1.0))
+    )
+    row, column = (np.append(of[counts], joined[:, i]) for i, of in enumerate((row, column)))
     entries = ((entry, int(within[number[place]])) for entry, place in starts.items() if place in number)
     places = {entry: place for entry, place in entries if place >= 0}
-    return TickMaps(*_by_values(maps, [*slopes.valued.tolist(), False]), places)
+    valued = np.append(slopes.valued, False)
+    return TickMaps(*_by_values(n, valued, tick, row, column, value), places)
 
 
 def between(acts: Truths, entered: Truths, read: Truths) -> list[int]:
@@ -251,26 +238,58 @@ def reached(acts: Truths, begin: Truths) -> Truths:
     return every
 
 
-def _by_values(maps: Array, valued: Sequence[bool]) -> tuple[Array, Array, Array, Array]:
-    """Join ticks without a value of the wire to those with one."""
-    n = maps.shape[1] - 1
-    if all(valued[:-1]) and not valued[-1]:  # the last map joins the period with the next one
-        ends, entered, moved = maps[:-1, n, :n].copy(), maps[:-1, :n, n].copy(), maps[:-1, :n, :n].copy()
-        moved[-1], entered[-1] = maps[-1, :n, :n] @ moved[-1], maps[-1, :n, :n] @ entered[-1]
-        return moved, entered, ends, np.zeros(len(moved))
-    before, a, b, c = np.eye(n), list[Array](), list[Array](), list[Array]()
-    for tick, has in zip(maps, valued, strict=True):
-        moved = tick[:n, :n]
-        if has:
-            a.append(moved @ before)
-            b.append(tick[:n, n])
-            c.append(tick[n, :n] @ before)
-            before = np.eye(n)
-        elif a:
-            a[-1], b[-1] = moved @ a[-1], moved @ b[-1]
-        else:
-            before = moved @ before
-    return np.array(a), np.array(b), np.array(c), np.zeros(len(a))
+def _by_values(
+    n: int, valued: Truths, tick: Indices, row: Indices, column: Indices, value: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Join ticks without a value of the wire to those with one, by their numbers that are not zero, tick by tick."""
+    values = int(valued.sum())
+    a, b, c = np.zeros((values, n, n)), np.zeros((values, n)), np.zeros((values, n))
+    kinds = zip((valued, tick, row, column, value), (np.int64,) * 4 + (float,), strict=True)
+    arrays = [np.ascontiguousarray(of, kind) for of, kind in kinds]
+    arrays += [np.eye(n, n + 1), np.empty((n, n + 1)), a, b, c]
+    _joining()(len(valued), len(value), n, *(each.ctypes.data for each in arrays))
+    return a, b, c, np.zeros(values)
+
+
+@cache
+def _joining() -> Callable[..., Any]:
+    # start-up time: loops of one value in a period need no compiler
+    from proofmass.runner.targets.machine_code import load_python
+
+    number, of_ticks = Value(INTEGER), Storage(INTEGER, None, writable=False)
+    numbers, moved = (Storage(FLOAT, None, writable=writable) for writable in (False, True))
+    return load_python(_join, [*(number,) * 3, of_ticks, (of_ticks,) * 3, numbers, (moved,) * 2, (moved,) * 3])
+
+
+def _join(ticks: int, count: int, n: int, valued: Any, places: Any, numbers: Any, room: Any, maps: Any) -> None:
+    """Multiply the maps of ticks between values of the wire, as machine code: [A b] of what has happened since one."""
+    (of_tick, row, column), (since, after), (a, b, c) = places, room, maps
+    wide, entry, value = n + 1, 0, -1
+    for tick in range(ticks + 1):
+        if tick == ticks or valued[tick] != 0:
+            if value >= 0:
+                for i in range(n):
+                    b[value * n + i] = since[i * wide + n]
+                    for j in range(n):
+                        a[(value * n + i) * n + j] = since[i * wide + j]
+                for at in range(n * wide):
+                    since[at] = 1.0 if at % (wide + 1) == 0 else 0.0
+            value += 1
+        for at in range(n * wide):
+            after[at] = 0.0
+        while entry < count and of_tick[entry] == tick:
+            to, of, number = row[entry], column[entry], numbers[entry]
+            if to < n and of < n:
+                for j in range(wide):
+                    after[to * wide + j] += number * since[of * wide + j]
+            elif of < n and valued[tick] != 0:
+                for j in range(n):
+                    c[value * n + j] += number * since[of * wide + j]
+            elif to < n and valued[tick] != 0:
+                after[to * wide + n] += number
+            entry += 1
+        for at in range(n * wide):
+            since[at] = after[at]
 
 
 def maps_of_lifted(states: Sequence[Entry], a: Array, b: Array, c: Array, d: Array) -> TickMaps:
@@ -288,12 +307,6 @@ def maps_of_lifted(states: Sequence[Entry], a: Array, b: Array, c: Array, d: Arr
     moved[-1] = last @ moved[-1]
     entered[-1] = last @ entered[-1]
     return TickMaps(moved, entered, read, np.diag(d).copy(), {state: i for i, state in enumerate(states)})
-
-
-def _scaled(maps: npt.NDArray[Any], exponents: npt.NDArray[np.int64]) -> tuple[npt.NDArray[Any], npt.NDArray[np.int64]]:
-    """Take a power of two out of each map."""
-    _, powers = np.frexp(np.max(np.abs(maps), axis=(2, 3), initial=0.0))
-    return maps * np.ldexp(1.0, -powers)[:, :, None, None], exponents + powers
 
 
 def _composed(a: Array, g: Array, h: Array) -> tuple[Array, Array, Array]:
@@ -336,3 +349,68 @@ def others(values: npt.NDArray[Any], hidden: Sequence[complex]) -> npt.NDArray[A
     for pole in hidden:
         left.remove(min(left, key=lambda value: abs(value - pole)))
     return np.array(left)
+
+
+@cache
+def _code() -> Callable[..., Any]:
+    # start-up time: loops of one value in a period need no compiler
+    from proofmass.runner.targets.machine_code import load_python
+
+    number, exponents = Value(INTEGER), Storage(INTEGER, None, writable=True)
+    constant, moved = (Storage(FLOAT, None, writable=writable) for writable in (False, True))
+    return load_python(_multiply, [*(number,) * 5, (constant,) * 4, (moved,) * 3, exponents])
+
+
+def _multiply(ticks: int, steps: int, n: int, count: int, numbers: int, maps: Any, room: Any, exponents: Any) -> None:
+    """Multiply products by the maps of all values, as machine code; most numbers of the maps are zero.
+
+    A complex number is two `numbers`, one after the other. After some `steps` large and small products
+    are scaled.
+    """
+    (a, b, c, loops), (rows, after, back) = maps, room
+    each = n * numbers
+    wide = count * each
+    for k in range(ticks):
+        for w in range(wide):
+            back[w] = 0.0
+        for i in range(n):
+            read = c[k * n + i]
+            if read != 0.0:
+                for w in range(wide):
+                    back[w] += read * rows[i * wide + w]
+        for of in range(count):
+            loop = (k * count + of) * numbers
+            for at in range(of * each, (of + 1) * each, numbers):
+                if numbers == 1:
+                    back[at] *= loops[loop]
+                else:
+                    real, imaginary = back[at], back[at + 1]
+                    back[at] = real * loops[loop] - imaginary * loops[loop + 1]
+                    back[at + 1] = real * loops[loop + 1] + imaginary * loops[loop]
+        for i in range(n):
+            entered = b[k * n + i]
+            for w in range(wide):
+                after[i * wide + w] = entered * back[w]
+            for j in range(n):
+                moved = a[(k * n + i) * n + j]
+                if moved != 0.0:
+                    for w in range(wide):
+                        after[i * wide + w] += moved * rows[j * wide + w]
+        for at in range(n * wide):
+            rows[at] = after[at]
+        if (k + 1) % steps == 0 or k + 1 == ticks:
+            for of in range(count):
+                largest, scale = 0.0, 1.0
+                for i in range(n):
+                    for at in range(i * wide + of * each, i * wide + (of + 1) * each):
+                        largest = max(largest, abs(rows[at]))
+                while _LARGE < largest * scale < math.inf:
+                    scale /= _LARGE
+                    exponents[of] += _POWER
+                while 0.0 < largest * scale < 1.0 / _LARGE:
+                    scale *= _LARGE
+                    exponents[of] -= _POWER
+                if scale != 1.0:
+                    for i in range(n):
+                        for at in range(i * wide + of * each, i * wide + (of + 1) * each):
+                            rows[at] *= scale

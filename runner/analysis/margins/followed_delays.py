@@ -9,11 +9,15 @@ larger root of z^2 = e z + f is about its size.
 """
 
 import math
+from collections.abc import Callable
+from functools import cache
+from typing import Any
 
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps
 from proofmass.runner.host.arrays import Array, Integers
+from proofmass.runner.program.form import FLOAT, INTEGER, Storage, Value
 
 _FIRST, _MORE = 64, 4  # values up to which delays are followed at once, and how many times as many in the next stage
 NEAR = 256  # values from which on all delays between two are followed
@@ -52,18 +56,16 @@ def _first_unstable(maps: TickMaps, late: Integers) -> int | None:
 
 def _sizes(maps: TickMaps, late: Integers) -> Array:
     """Return the size of the slowest pole for each delay, over some periods."""
-    most, values = int(late[-1]), len(maps.d)
+    most, values, count, n = int(late[-1]), len(maps.d), len(late), maps.b.shape[1]
     turn = values * math.ceil(most / values)
-    wire = np.random.default_rng(0).standard_normal((most, len(late)))
-    x, columns = np.zeros((maps.b.shape[1], len(late))), np.arange(len(late))
+    wire, x = np.random.default_rng(0).standard_normal((most, count)), np.zeros((n, count))
+    constant = [np.ascontiguousarray(part) for part in (late, maps.a, maps.b, maps.c, maps.d)]
+    room = [np.empty(count), np.empty((n, count))]
     shown: list[Array] = []
-    sizes, gone = np.ones(len(late)), np.zeros(len(late), dtype=bool)
+    sizes, gone = np.ones(count), np.zeros(count, dtype=bool)
     for first in range(0, _MOST * turn, turn):
-        for k in range(first, first + turn):
-            place = k % values
-            given = wire[(k - late) % most, columns]
-            wire[k % most] = maps.c[place] @ x + maps.d[place] * given
-            x = maps.a[place] @ x + maps.b[place][:, None] * given
+        addresses = (array.ctypes.data for array in (*constant, wire, x, *room))
+        _code()(first, first + turn, values, most, count, n, *addresses)
         scale = np.max(np.abs(wire), axis=0)
         gone |= scale < _NOTHING
         scale[gone] = 1.0
@@ -94,3 +96,40 @@ def _slowest(turns: Array) -> tuple[Array, Array]:
     rest = np.linalg.norm(twice - e * once - f * before, axis=0) / np.sqrt(gram[2, 2])
     wrong = rest / np.sqrt(np.where(pair, alike, 1.0))
     return 0.5 * np.maximum(np.abs(e + root), np.abs(e - root)), np.asarray(wrong)
+
+
+@cache
+def _code() -> Callable[..., Any]:
+    # start-up time: loops of one value in a period need no compiler
+    from proofmass.runner.targets.machine_code import load_python
+
+    number, late = Value(INTEGER), Storage(INTEGER, None, writable=False)
+    constant, moved = (Storage(FLOAT, None, writable=writable) for writable in (False, True))
+    return load_python(_follow, [*(number,) * 6, late, (constant,) * 4, moved, moved, (moved, moved)])
+
+
+def _follow(
+    first: int, last: int, values: int, most: int, count: int, n: int, late: Any, maps: Any, wire: Any, x: Any, room: Any
+) -> None:
+    """Go on by some values of the wire with each delay, as machine code; most numbers of sparse maps are zero."""
+    (a, b, c, d), (given, after) = maps, room
+    for k in range(first, last):
+        place, now = k % values, k % most * count
+        for r in range(count):
+            given[r] = wire[(k + most - late[r]) % most * count + r]
+        for r in range(count):
+            wire[now + r] = d[place] * given[r]
+        for i in range(n):
+            shown, entered = c[place * n + i], b[place * n + i]
+            if shown != 0.0:
+                for r in range(count):
+                    wire[now + r] += shown * x[i * count + r]
+            for r in range(count):
+                after[i * count + r] = entered * given[r]
+            for j in range(n):
+                moved = a[(place * n + i) * n + j]
+                if moved != 0.0:
+                    for r in range(count):
+                        after[i * count + r] += moved * x[j * count + r]
+        for i in range(n * count):
+            x[i] = after[i]

@@ -58,7 +58,8 @@ def test_ticks_without_a_value_of_the_wire_join_those_with_one(pattern: str) -> 
     dice, valued = np.random.default_rng(7), [digit == "1" for digit in pattern]
     maps, now = 0.5 * dice.normal(size=(len(pattern), 3, 3)), dice.normal(size=2)
     joined, expected, found = now, list[float](), list[float]()
-    for a, b, c, _ in zip(*_by_values(maps, valued), strict=True):
+    places = np.nonzero(maps)
+    for a, b, c, _ in zip(*_by_values(2, np.array(valued), *places, maps[places]), strict=True):
         found.append(c @ joined)
         joined = a @ joined + b
     for tick, has in zip(maps, valued, strict=True):
