@@ -8,10 +8,9 @@ Those of several factors are computed side by side, value by value. Each has its
 so that a loop which grows by any factor and shrinks again is exact.
 """
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -19,15 +18,13 @@ import numpy.typing as npt
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.rings import Entry
+from proofmass.runner.analysis.linearisation.tick_products import joined, lifted, products
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
-from proofmass.runner.derivatives.stepped_ticks import Indices, TickSlopes
+from proofmass.runner.derivatives.stepped_ticks import TickSlopes
 from proofmass.runner.host.arrays import Array, Truths
-from proofmass.runner.program.form import FLOAT, INTEGER, Storage, Value
 
 _ENTRIES = 1 << 20  # numbers of a batch
 _ROOM = 500.0  # powers of two by which products may grow before they are scaled
-_POWER = 64  # of two, by which they are scaled where they are larger, or smaller
-_LARGE = 2.0**_POWER
 _UNSCALED = 8  # values of the wire for which they are not scaled at most
 _MOST_ENTRIES = 1 << 25  # of all maps: 256 MiB
 _DOUBLED = 40  # times that the number of periods is doubled over which a sum is taken
@@ -61,11 +58,11 @@ class TickMaps:
 
         Poles that no factor moves are left out if they are `hidden`.
         """
-        products, exponents = self._batches(factors)
-        known = np.flatnonzero(np.isfinite(products).all(axis=(1, 2)))
+        whole, exponents = self._batches(factors)
+        known = np.flatnonzero(np.isfinite(whole).all(axis=(1, 2)))
         poles = [
             others(values, [pole * 2.0 ** -float(power) for pole in hidden])
-            for values, power in zip(np.linalg.eigvals(products[known]), exponents[known], strict=True)
+            for values, power in zip(np.linalg.eigvals(whole[known]), exponents[known], strict=True)
         ]
         grown = np.full(len(factors), np.inf)
         with np.errstate(divide="ignore"):
@@ -76,20 +73,10 @@ class TickMaps:
         """Return the transition matrix of x over a period for each factor, and the power of two that it lacks."""
         step = max(1, _ENTRIES // max(1, self.b.shape[1] ** 2))
         loops = factors[:, None] / (1.0 - factors[:, None] * self.d)
-        parts = (self._products(loops[i : i + step]) for i in range(0, len(loops), step))
+        steps = self._unscaled(loops)
+        parts = (products(self.a, self.b, self.c, loops[i : i + step], steps) for i in range(0, len(loops), step))
         matrices, exponents = zip(*parts, strict=True)
         return np.concatenate(matrices), np.concatenate(exponents)
-
-    def _products(self, loops: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[np.int64]]:
-        (count, ticks), n = loops.shape, self.b.shape[1]
-        products = np.zeros((n, count, n), dtype=loops.dtype)
-        products[range(n), :, range(n)] = 1.0
-        exponents = np.zeros(count, dtype=np.int64)
-        arrays = [np.ascontiguousarray(part) for part in (self.a, self.b, self.c, loops.T)]
-        arrays += [products, np.empty_like(products), np.empty_like(products[0]), exponents]
-        numbers = loops.dtype.itemsize // exponents.itemsize
-        _code()(ticks, self._unscaled(loops), n, count, numbers, *(each.ctypes.data for each in arrays))
-        return products.transpose(1, 0, 2), exponents
 
     def _unscaled(self, loops: npt.NDArray[Any]) -> int:
         """Return for how many values of the wire no product can leave the range of numbers."""
@@ -178,14 +165,7 @@ class TickMaps:
     def lifted(self, states: Sequence[Entry]) -> Array:
         """Return [A B] and below it [C D] of the period, for some states and all wire values."""
         ticks, n = self.b.shape
-        moved, read = np.eye(n, n + ticks), np.zeros((ticks, n + ticks))
-        changed = (self.a != np.eye(n)).any(axis=2)  # others stay: most cells of a delay
-        for k in range(ticks):
-            known, rows = slice(n + k), np.flatnonzero(changed[k])
-            read[k, known] = self.c[k] @ moved[:, known]
-            read[k, n + k] = self.d[k]
-            moved[rows, known] = self.a[k, rows] @ moved[:, known]
-            moved[:, n + k] = self.b[k]
+        moved, read = lifted(self.a, self.b, self.c, self.d)
         kept = [self.places[state] for state in states]
         return np.vstack([moved[kept], read])[:, [*kept, *range(n, n + ticks)]]
 
@@ -211,17 +191,16 @@ def maps_of_ticks(
     within[kept], within[size] = np.arange(n), n
     row, column = within[slopes.row], within[slopes.column]
     counts = (row >= 0) & (column >= 0)
-    joined = within[np.array([*back.values()], dtype=np.int64).reshape(-1, 2)]
-    joined = joined[(joined >= 0).all(axis=1)]
+    again = within[np.array([*back.values()], dtype=np.int64).reshape(-1, 2)]
+    again = again[(again >= 0).all(axis=1)]
     last = len(slopes.valued)  # where the end of a period is the start of the next
-    tick, value = (
-        np.append(of[counts], np.full(len(joined), at)) for of, at in ((slopes.tick, last), (slopes.value, 1.0))
-    )
-    row, column = (np.append(of[counts], joined[:, i]) for i, of in enumerate((row, column)))
+    tick = np.append(slopes.tick[counts], np.full(len(again), last))
+    value = np.append(slopes.value[counts], np.ones(len(again)))
+    row, column = (np.append(of[counts], again[:, i]) for i, of in enumerate((row, column)))
     entries = ((entry, int(within[number[place]])) for entry, place in starts.items() if place in number)
     places = {entry: place for entry, place in entries if place >= 0}
     valued = np.append(slopes.valued, False)
-    return TickMaps(*_by_values(n, valued, tick, row, column, value), places)
+    return TickMaps(*joined(n, valued, tick, row, column, value), places)
 
 
 def between(acts: Truths, entered: Truths, read: Truths) -> list[int]:
@@ -236,60 +215,6 @@ def reached(acts: Truths, begin: Truths) -> Truths:
         new = acts[new].any(axis=0) & ~every
         every = every | new
     return every
-
-
-def _by_values(
-    n: int, valued: Truths, tick: Indices, row: Indices, column: Indices, value: Array
-) -> tuple[Array, Array, Array, Array]:
-    """Join ticks without a value of the wire to those with one, by their numbers that are not zero, tick by tick."""
-    values = int(valued.sum())
-    a, b, c = np.zeros((values, n, n)), np.zeros((values, n)), np.zeros((values, n))
-    kinds = zip((valued, tick, row, column, value), (np.int64,) * 4 + (float,), strict=True)
-    arrays = [np.ascontiguousarray(of, kind) for of, kind in kinds]
-    arrays += [np.eye(n, n + 1), np.empty((n, n + 1)), a, b, c]
-    _joining()(len(valued), len(value), n, *(each.ctypes.data for each in arrays))
-    return a, b, c, np.zeros(values)
-
-
-@cache
-def _joining() -> Callable[..., Any]:
-    # start-up time: loops of one value in a period need no compiler
-    from proofmass.runner.targets.machine_code import load_python
-
-    number, of_ticks = Value(INTEGER), Storage(INTEGER, None, writable=False)
-    numbers, moved = (Storage(FLOAT, None, writable=writable) for writable in (False, True))
-    return load_python(_join, [*(number,) * 3, of_ticks, (of_ticks,) * 3, numbers, (moved,) * 2, (moved,) * 3])
-
-
-def _join(ticks: int, count: int, n: int, valued: Any, places: Any, numbers: Any, room: Any, maps: Any) -> None:
-    """Multiply the maps of ticks between values of the wire, as machine code: [A b] of what has happened since one."""
-    (of_tick, row, column), (since, after), (a, b, c) = places, room, maps
-    wide, entry, value = n + 1, 0, -1
-    for tick in range(ticks + 1):
-        if tick == ticks or valued[tick] != 0:
-            if value >= 0:
-                for i in range(n):
-                    b[value * n + i] = since[i * wide + n]
-                    for j in range(n):
-                        a[(value * n + i) * n + j] = since[i * wide + j]
-                for at in range(n * wide):
-                    since[at] = 1.0 if at % (wide + 1) == 0 else 0.0
-            value += 1
-        for at in range(n * wide):
-            after[at] = 0.0
-        while entry < count and of_tick[entry] == tick:
-            to, of, number = row[entry], column[entry], numbers[entry]
-            if to < n and of < n:
-                for j in range(wide):
-                    after[to * wide + j] += number * since[of * wide + j]
-            elif of < n and valued[tick] != 0:
-                for j in range(n):
-                    c[value * n + j] += number * since[of * wide + j]
-            elif to < n and valued[tick] != 0:
-                after[to * wide + n] += number
-            entry += 1
-        for at in range(n * wide):
-            since[at] = after[at]
 
 
 def maps_of_lifted(states: Sequence[Entry], a: Array, b: Array, c: Array, d: Array) -> TickMaps:
@@ -349,68 +274,3 @@ def others(values: npt.NDArray[Any], hidden: Sequence[complex]) -> npt.NDArray[A
     for pole in hidden:
         left.remove(min(left, key=lambda value: abs(value - pole)))
     return np.array(left)
-
-
-@cache
-def _code() -> Callable[..., Any]:
-    # start-up time: loops of one value in a period need no compiler
-    from proofmass.runner.targets.machine_code import load_python
-
-    number, exponents = Value(INTEGER), Storage(INTEGER, None, writable=True)
-    constant, moved = (Storage(FLOAT, None, writable=writable) for writable in (False, True))
-    return load_python(_multiply, [*(number,) * 5, (constant,) * 4, (moved,) * 3, exponents])
-
-
-def _multiply(ticks: int, steps: int, n: int, count: int, numbers: int, maps: Any, room: Any, exponents: Any) -> None:
-    """Multiply products by the maps of all values, as machine code; most numbers of the maps are zero.
-
-    A complex number is two `numbers`, one after the other. After some `steps` large and small products
-    are scaled.
-    """
-    (a, b, c, loops), (rows, after, back) = maps, room
-    each = n * numbers
-    wide = count * each
-    for k in range(ticks):
-        for w in range(wide):
-            back[w] = 0.0
-        for i in range(n):
-            read = c[k * n + i]
-            if read != 0.0:
-                for w in range(wide):
-                    back[w] += read * rows[i * wide + w]
-        for of in range(count):
-            loop = (k * count + of) * numbers
-            for at in range(of * each, (of + 1) * each, numbers):
-                if numbers == 1:
-                    back[at] *= loops[loop]
-                else:
-                    real, imaginary = back[at], back[at + 1]
-                    back[at] = real * loops[loop] - imaginary * loops[loop + 1]
-                    back[at + 1] = real * loops[loop + 1] + imaginary * loops[loop]
-        for i in range(n):
-            entered = b[k * n + i]
-            for w in range(wide):
-                after[i * wide + w] = entered * back[w]
-            for j in range(n):
-                moved = a[(k * n + i) * n + j]
-                if moved != 0.0:
-                    for w in range(wide):
-                        after[i * wide + w] += moved * rows[j * wide + w]
-        for at in range(n * wide):
-            rows[at] = after[at]
-        if (k + 1) % steps == 0 or k + 1 == ticks:
-            for of in range(count):
-                largest, scale = 0.0, 1.0
-                for i in range(n):
-                    for at in range(i * wide + of * each, i * wide + (of + 1) * each):
-                        largest = max(largest, abs(rows[at]))
-                while _LARGE < largest * scale < math.inf:
-                    scale /= _LARGE
-                    exponents[of] += _POWER
-                while 0.0 < largest * scale < 1.0 / _LARGE:
-                    scale *= _LARGE
-                    exponents[of] -= _POWER
-                if scale != 1.0:
-                    for i in range(n):
-                        for at in range(i * wide + of * each, i * wide + (of + 1) * each):
-                            rows[at] *= scale

@@ -9,15 +9,13 @@ larger root of z^2 = e z + f is about its size.
 """
 
 import math
-from collections.abc import Callable
-from functools import cache
 from typing import Any
 
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps
+from proofmass.runner.analysis.linearisation.tick_products import CONSTANT, MOVED, PLACES, run
 from proofmass.runner.host.arrays import Array, Integers
-from proofmass.runner.program.form import FLOAT, INTEGER, Storage, Value
 
 _FIRST, _MORE = 64, 4  # values up to which delays are followed at once, and how many times as many in the next stage
 NEAR = 256  # values from which on all delays between two are followed
@@ -26,6 +24,7 @@ _LEAST, _MOST, _COMPARED = 8, 32, 6  # turns that are followed, and the last tha
 _TOLD = 10.0  # times that a size may be wrong, by which it has to differ from one
 _NOTHING = 1e-25  # of what there was a turn before: a loop is stable that leaves less
 _ALIKE = 1e-12  # of turns that are alike but for a factor
+_KINDS = PLACES, (CONSTANT,) * 4, MOVED, MOVED, (MOVED, MOVED)
 
 
 def stable_delay(maps: TickMaps, longest: int) -> int:
@@ -59,13 +58,12 @@ def _sizes(maps: TickMaps, late: Integers) -> Array:
     most, values, count, n = int(late[-1]), len(maps.d), len(late), maps.b.shape[1]
     turn = values * math.ceil(most / values)
     wire, x = np.random.default_rng(0).standard_normal((most, count)), np.zeros((n, count))
-    constant = [np.ascontiguousarray(part) for part in (late, maps.a, maps.b, maps.c, maps.d)]
+    arrays = [np.ascontiguousarray(part) for part in (late, maps.a, maps.b, maps.c, maps.d)]
     room = [np.empty(count), np.empty((n, count))]
     shown: list[Array] = []
     sizes, gone = np.ones(count), np.zeros(count, dtype=bool)
     for first in range(0, _MOST * turn, turn):
-        addresses = (array.ctypes.data for array in (*constant, wire, x, *room))
-        _code()(first, first + turn, values, most, count, n, *addresses)
+        run(_follow, (first, first + turn, values, most, count, n), [*arrays, wire, x, *room], _KINDS)
         scale = np.max(np.abs(wire), axis=0)
         gone |= scale < _NOTHING
         scale[gone] = 1.0
@@ -98,20 +96,20 @@ def _slowest(turns: Array) -> tuple[Array, Array]:
     return 0.5 * np.maximum(np.abs(e + root), np.abs(e - root)), np.asarray(wrong)
 
 
-@cache
-def _code() -> Callable[..., Any]:
-    # start-up time: loops of one value in a period need no compiler
-    from proofmass.runner.targets.machine_code import load_python
-
-    number, late = Value(INTEGER), Storage(INTEGER, None, writable=False)
-    constant, moved = (Storage(FLOAT, None, writable=writable) for writable in (False, True))
-    return load_python(_follow, [*(number,) * 6, late, (constant,) * 4, moved, moved, (moved, moved)])
-
-
 def _follow(
-    first: int, last: int, values: int, most: int, count: int, n: int, late: Any, maps: Any, wire: Any, x: Any, room: Any
+    first: int,
+    last: int,
+    values: int,
+    most: int,
+    count: int,
+    n: int,
+    late: Any,
+    maps: Any,
+    wire: Any,
+    x: Any,
+    room: Any,
 ) -> None:
-    """Go on by some values of the wire with each delay, as machine code; most numbers of sparse maps are zero."""
+    """Go on by some values of the wire with each delay, as machine code."""
     (a, b, c, d), (given, after) = maps, room
     for k in range(first, last):
         place, now = k % values, k % most * count

@@ -12,7 +12,8 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation import tick_maps
 from proofmass.runner.analysis.linearisation.period_map import period_map
-from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, _by_values, maps_of_lifted
+from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, maps_of_lifted
+from proofmass.runner.analysis.linearisation.tick_products import joined
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.planning.plan import plan
 
@@ -57,16 +58,16 @@ def test_ticks_without_a_value_of_the_wire_join_those_with_one(pattern: str) -> 
     """One tick after the other: x' = A x + B u, y = C x, with u and y where there is a value."""
     dice, valued = np.random.default_rng(7), [digit == "1" for digit in pattern]
     maps, now = 0.5 * dice.normal(size=(len(pattern), 3, 3)), dice.normal(size=2)
-    joined, expected, found = now, list[float](), list[float]()
+    state, expected, found = now, list[float](), list[float]()
     places = np.nonzero(maps)
-    for a, b, c, _ in zip(*_by_values(2, np.array(valued), *places, maps[places]), strict=True):
-        found.append(c @ joined)
-        joined = a @ joined + b
+    for a, b, c, _ in zip(*joined(2, np.array(valued), *places, maps[places]), strict=True):
+        found.append(c @ state)
+        state = a @ state + b
     for tick, has in zip(maps, valued, strict=True):
         expected += [tick[2, :2] @ now] * has
         now = tick[:2, :2] @ now + tick[:2, 2] * has
     assert found == pytest.approx(expected, rel=1e-12)
-    assert joined == pytest.approx(now, rel=1e-12)
+    assert state == pytest.approx(now, rel=1e-12)
 
 
 @pytest.mark.parametrize("ticks", [1, 2, 7, 8, 9, 31])

@@ -1,0 +1,194 @@
+"""Products of the maps of ticks, in machine code.
+
+Most of their numbers are zero, and there are thousands of maps: matrices of NumPy take ten times as
+long.
+"""
+
+import math
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from proofmass.runner.derivatives.stepped_ticks import Indices
+from proofmass.runner.host.arrays import AnyArray, Array, Truths
+from proofmass.runner.program.form import FLOAT, INTEGER, Storage, Value
+
+NUMBER = Value(INTEGER)
+CONSTANT, MOVED = (Storage(FLOAT, None, writable=writable) for writable in (False, True))
+PLACES, COUNTS = (Storage(INTEGER, None, writable=writable) for writable in (False, True))
+_POWER = 64  # of two, by which products are scaled where they are larger, or smaller
+_LARGE = 2.0**_POWER
+
+
+def run(function: Callable[..., Any], numbers: tuple[int, ...], arrays: list[AnyArray], kinds: tuple[Any, ...]) -> None:
+    """Call a Python function of integers and arrays as machine code; arrays are laid out row by row."""
+    _code(function, len(numbers), kinds)(*numbers, *(each.ctypes.data for each in arrays))
+
+
+@cache
+def _code(function: Callable[..., Any], numbers: int, kinds: tuple[Any, ...]) -> Callable[..., Any]:
+    # start-up time: loops of one value in a period need no compiler
+    from proofmass.runner.targets.machine_code import load_python
+
+    return load_python(function, (*(NUMBER,) * numbers, *kinds))
+
+
+def joined(
+    n: int, valued: Truths, tick: Indices, row: Indices, column: Indices, value: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Return a, b, c and d of each value of a wire: ticks without one are joined to those with one.
+
+    Take the numbers of maps of ticks that are not zero, tick by tick: row and column n are the wire.
+    """
+    values = int(valued.sum())
+    a, b, c = np.zeros((values, n, n)), np.zeros((values, n)), np.zeros((values, n))
+    kinds = zip((valued, tick, row, column, value), (np.int64,) * 4 + (float,), strict=True)
+    arrays = [np.ascontiguousarray(of, kind) for of, kind in kinds]
+    arrays += [np.eye(n, n + 1), np.empty((n, n + 1)), a, b, c]
+    run(_join, (len(valued), len(value), n), arrays, (PLACES, (PLACES,) * 3, CONSTANT, (MOVED,) * 2, (MOVED,) * 3))
+    return a, b, c, np.zeros(values)
+
+
+def products(
+    a: Array, b: Array, c: Array, loops: npt.NDArray[Any], steps: int
+) -> tuple[npt.NDArray[Any], npt.NDArray[np.int64]]:
+    """Return the product of all a + b c loop for each row of `loops`, and the power of two that it lacks.
+
+    It is scaled after some `steps`.
+    """
+    (count, ticks), n = loops.shape, b.shape[1]
+    rows = np.zeros((n, count, n), dtype=loops.dtype)
+    rows[range(n), :, range(n)] = 1.0
+    exponents = np.zeros(count, dtype=np.int64)
+    arrays = [np.ascontiguousarray(part) for part in (a, b, c, loops.T)]
+    arrays += [rows, np.empty_like(rows), np.empty_like(rows[0]), exponents]
+    numbers = ticks, steps, n, count, loops.dtype.itemsize // exponents.itemsize
+    run(_multiply, numbers, arrays, ((CONSTANT,) * 4, (MOVED,) * 3, COUNTS))
+    return rows.transpose(1, 0, 2), exponents
+
+
+def lifted(a: Array, b: Array, c: Array, d: Array) -> tuple[Array, Array]:
+    """Return the states at the end of a period and the values in it, by the states at its start and the values."""
+    ticks, n = b.shape
+    moved, read = np.eye(n, n + ticks), np.zeros((ticks, n + ticks))
+    arrays = [np.ascontiguousarray(part) for part in (a, b, c, d)]
+    run(_lift, (ticks, n), [*arrays, moved, np.empty_like(moved), read], ((CONSTANT,) * 4, (MOVED,) * 3))
+    return moved, read
+
+
+# -- functions of programs -------------------------------------------------------------------------
+
+
+def _join(ticks: int, count: int, n: int, valued: Any, places: Any, numbers: Any, room: Any, maps: Any) -> None:
+    """Multiply the maps of ticks between values of the wire: [A b] of what has happened since one."""
+    (of_tick, row, column), (since, after), (a, b, c) = places, room, maps
+    wide, entry, value = n + 1, 0, -1
+    for tick in range(ticks + 1):
+        if tick == ticks or valued[tick] != 0:
+            if value >= 0:
+                for i in range(n):
+                    b[value * n + i] = since[i * wide + n]
+                    for j in range(n):
+                        a[(value * n + i) * n + j] = since[i * wide + j]
+                for at in range(n * wide):
+                    since[at] = 1.0 if at % (wide + 1) == 0 else 0.0
+            value += 1
+        for at in range(n * wide):
+            after[at] = 0.0
+        while entry < count and of_tick[entry] == tick:
+            to, of, number = row[entry], column[entry], numbers[entry]
+            if to < n and of < n:
+                for j in range(wide):
+                    after[to * wide + j] += number * since[of * wide + j]
+            elif of < n and valued[tick] != 0:
+                for j in range(n):
+                    c[value * n + j] += number * since[of * wide + j]
+            elif to < n and valued[tick] != 0:
+                after[to * wide + n] += number
+            entry += 1
+        for at in range(n * wide):
+            since[at] = after[at]
+
+
+def _multiply(ticks: int, steps: int, n: int, count: int, numbers: int, maps: Any, room: Any, exponents: Any) -> None:
+    """Multiply products by the maps of all values.
+
+    A complex number is two `numbers`, one after the other. After some `steps` large and small products
+    are scaled.
+    """
+    (a, b, c, loops), (rows, after, back) = maps, room
+    each = n * numbers
+    wide = count * each
+    for k in range(ticks):
+        for w in range(wide):
+            back[w] = 0.0
+        for i in range(n):
+            read = c[k * n + i]
+            if read != 0.0:
+                for w in range(wide):
+                    back[w] += read * rows[i * wide + w]
+        for of in range(count):
+            loop = (k * count + of) * numbers
+            for at in range(of * each, (of + 1) * each, numbers):
+                if numbers == 1:
+                    back[at] *= loops[loop]
+                else:
+                    real, imaginary = back[at], back[at + 1]
+                    back[at] = real * loops[loop] - imaginary * loops[loop + 1]
+                    back[at + 1] = real * loops[loop + 1] + imaginary * loops[loop]
+        for i in range(n):
+            entered = b[k * n + i]
+            for w in range(wide):
+                after[i * wide + w] = entered * back[w]
+            for j in range(n):
+                moved = a[(k * n + i) * n + j]
+                if moved != 0.0:
+                    for w in range(wide):
+                        after[i * wide + w] += moved * rows[j * wide + w]
+        for at in range(n * wide):
+            rows[at] = after[at]
+        if (k + 1) % steps == 0 or k + 1 == ticks:
+            for of in range(count):
+                largest, scale = 0.0, 1.0
+                for i in range(n):
+                    for at in range(i * wide + of * each, i * wide + (of + 1) * each):
+                        largest = max(largest, abs(rows[at]))
+                while _LARGE < largest * scale < math.inf:
+                    scale /= _LARGE
+                    exponents[of] += _POWER
+                while 0.0 < largest * scale < 1.0 / _LARGE:
+                    scale *= _LARGE
+                    exponents[of] -= _POWER
+                if scale != 1.0:
+                    for i in range(n):
+                        for at in range(i * wide + of * each, i * wide + (of + 1) * each):
+                            rows[at] *= scale
+
+
+def _lift(ticks: int, n: int, maps: Any, made: Any) -> None:
+    """Write what states and values depend on: the states at the start, and the values before."""
+    (a, b, c, d), (moved, after, read) = maps, made
+    wide = n + ticks
+    for k in range(ticks):
+        known, now = n + k, k * wide
+        for i in range(n):
+            shown = c[k * n + i]
+            if shown != 0.0:
+                for w in range(known):
+                    read[now + w] += shown * moved[i * wide + w]
+        read[now + known] = d[k]
+        for i in range(n):
+            for w in range(known):
+                after[i * wide + w] = 0.0
+            for j in range(n):
+                number = a[(k * n + i) * n + j]
+                if number != 0.0:
+                    for w in range(known):
+                        after[i * wide + w] += number * moved[j * wide + w]
+        for i in range(n):
+            for w in range(known):
+                moved[i * wide + w] = after[i * wide + w]
+            moved[i * wide + known] = b[k * n + i]
