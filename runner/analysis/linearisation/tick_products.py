@@ -20,7 +20,7 @@ NUMBER = Value(INTEGER)
 CONSTANT, MOVED = (Storage(FLOAT, None, writable=writable) for writable in (False, True))
 PLACES, COUNTS = (Storage(INTEGER, None, writable=writable) for writable in (False, True))
 _POWER = 64  # of two, by which products are scaled where they are larger, or smaller
-_LARGE = 2.0**_POWER
+_LARGE, _LARGEST = 2.0**_POWER, 2.0**960
 
 
 def run(function: Callable[..., Any], numbers: tuple[int, ...], arrays: list[AnyArray], kinds: tuple[Any, ...]) -> None:
@@ -64,7 +64,7 @@ def products(
     rows[range(n), :, range(n)] = 1.0
     exponents = np.zeros(count, dtype=np.int64)
     arrays = [np.ascontiguousarray(part) for part in (a, b, c, loops.T)]
-    arrays += [rows, np.empty_like(rows), np.empty_like(rows[0]), exponents]
+    arrays += [rows, np.empty_like(rows), np.empty((count, n), loops.dtype), exponents]
     numbers = ticks, steps, n, count, loops.dtype.itemsize // exponents.itemsize
     run(_multiply, numbers, arrays, ((CONSTANT,) * 4, (MOVED,) * 3, COUNTS))
     return rows.transpose(1, 0, 2), exponents
@@ -159,7 +159,7 @@ def _multiply(ticks: int, steps: int, n: int, count: int, numbers: int, maps: An
                 while _LARGE < largest * scale < math.inf:
                     scale /= _LARGE
                     exponents[of] += _POWER
-                while 0.0 < largest * scale < 1.0 / _LARGE:
+                while 0.0 < largest * scale < 1.0 / _LARGE and scale < _LARGEST:
                     scale *= _LARGE
                     exponents[of] -= _POWER
                 if scale != 1.0:
