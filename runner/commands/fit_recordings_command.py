@@ -8,8 +8,8 @@ from proofmass.graphs.files.toml_editor import edit_file
 from proofmass.runner.commands.answers import DONE, INTERRUPTED, WRONG_MODEL, print_answer, print_file
 from proofmass.runner.commands.declarations.fit import FitRequest
 from proofmass.runner.commands.graph_options import graph_of
+from proofmass.runner.commands.named_options import by_name
 from proofmass.runner.commands.progress import progress
-from proofmass.runner.commands.tolerances import by_name
 from proofmass.runner.design.identification.fitted import fit
 from proofmass.runner.design.identification.plot import plot_fitted
 from proofmass.runner.design.identification.text import fitted_text

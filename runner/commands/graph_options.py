@@ -17,9 +17,9 @@ from proofmass.graphs.model.names import Missing, find_output, last_outputs
 from proofmass.graphs.model.targets import DURATION, RATE
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import STUDY, is_study, read_variants
+from proofmass.runner.commands.named_options import by_name
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.swept_values import value_of
-from proofmass.runner.commands.tolerances import by_name
 
 
 def graph_of(path: Path, own: Path | None, changes: tuple[str, ...] = (), probes: tuple[str, ...] = ()) -> Graph:

@@ -21,9 +21,9 @@ from proofmass.runner.analysis.margins.text import margins_text, sensitivity_tex
 from proofmass.runner.commands.answers import DONE, print_answer, print_pictures
 from proofmass.runner.commands.declarations.graphs import MarginsRequest
 from proofmass.runner.commands.graph_options import graph_of
+from proofmass.runner.commands.named_options import by_name
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
-from proofmass.runner.commands.tolerances import by_name
 from proofmass.runner.planning.plan import plan
 
 if TYPE_CHECKING:

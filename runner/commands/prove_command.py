@@ -9,8 +9,8 @@ from proofmass.graphs.studies.study import Study
 from proofmass.runner.commands.answers import DONE, INTERRUPTED, WRONG_MODEL, print_answer, print_file
 from proofmass.runner.commands.declarations.design import CheckProofRequest, ProveRequest
 from proofmass.runner.commands.graph_options import toleranced
+from proofmass.runner.commands.named_options import by_name, read_tolerance
 from proofmass.runner.commands.progress import progress
-from proofmass.runner.commands.tolerances import by_name, read_tolerance
 from proofmass.runner.design.proof.attempt import KnownProofs, known_proofs
 from proofmass.runner.design.proof.prove import prove
 from proofmass.runner.design.proof.text import proofs_text

@@ -11,8 +11,8 @@ from proofmass.graphs.studies.study import Study
 from proofmass.runner.commands.answers import DONE, INTERRUPTED, print_answer, print_picture
 from proofmass.runner.commands.declarations.design import WorstRequest
 from proofmass.runner.commands.graph_options import toleranced
+from proofmass.runner.commands.named_options import by_name, read_tolerance
 from proofmass.runner.commands.progress import progress
-from proofmass.runner.commands.tolerances import by_name, read_tolerance
 from proofmass.runner.design.worst.plot import plot_worst
 from proofmass.runner.design.worst.text import worst_text
 from proofmass.runner.design.worst.worst import worst

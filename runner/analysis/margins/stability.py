@@ -18,6 +18,7 @@ from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
 from proofmass.runner.analysis.margins.over_phases import OverPhases
 from proofmass.runner.analysis.margins.rounded import with_rounding
+from proofmass.runner.analysis.margins.text import BUT_ROUNDING, but_rounding
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
@@ -114,7 +115,7 @@ def _missed(name: str, loop: Loop, margins: Margins) -> Iterator[Problem]:
 def _slowest(pole: Pole, sampled: bool) -> str:
     """The pole that decides: its size, or its distance from the boundary where the size would not show it."""
     if pole.verdict == "marginal":
-        return f"a closed-loop pole on the boundary of stability, but for what rounding hides: {pole.uncertainty:.1g}"
+        return f"a closed-loop pole on the boundary of stability{BUT_ROUNDING}: {pole.uncertainty:.1g}"
     if not sampled:
         return f"a closed-loop pole at {pole.value:.6g} 1/s"
     if abs(pole.distance) < 1e-5:
@@ -125,10 +126,8 @@ def _slowest(pole: Pole, sampled: bool) -> str:
 def _way_back(margins: Margins) -> str:
     """Return how a loop that is not stable could become stable."""
     if not margins.stable_gains:
-        hidden = ", but for what rounding hides" * (margins.verdict == "marginal")
-        return (
-            f"no factor at {margins.open_at} makes it stable{hidden}; proofmass margins shows its poles and crossovers"
-        )
+        none = f"no factor at {margins.open_at} makes it stable{but_rounding(margins)}"
+        return f"{none}; proofmass margins shows its poles and crossovers"
     low, high = margins.stable_gains[-1]
     limits = f"above {low:.4g}" if math.isinf(high) else f"between {low:.4g} and {high:.4g}"
     return f"a factor {limits} at {margins.open_at} makes it stable"

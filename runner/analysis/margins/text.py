@@ -11,6 +11,7 @@ from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity
 
+BUT_ROUNDING = ", but for what rounding hides"
 _ROWS = 12  # of a table of parameters
 _SLOWEST = 3  # poles that are shown
 _CROSSOVERS = 8  # of each kind
@@ -124,11 +125,17 @@ def _limits(margins: Margins) -> list[tuple[str, str]]:
 
 def _way_back(margins: Margins) -> list[tuple[str, str]]:
     """Return the gains that would make a loop stable, and its distance from -1."""
-    hidden = ", but for what rounding hides" * (margins.verdict == "marginal")
-    rows = [("stable with", _factors(margins) if margins.stable_gains else f"no factor at the wire{hidden}")]
+    rows = [
+        ("stable with", _factors(margins) if margins.stable_gains else f"no factor at the wire{but_rounding(margins)}")
+    ]
     if margins.distance is not None:
         rows.append(("distance", f"{margins.distance:.4g} from -1 at the least"))
     return rows
+
+
+def but_rounding(margins: Margins) -> str:
+    """Return the words behind a claim on a loop that rounding may hide the other way."""
+    return BUT_ROUNDING * (margins.verdict == "marginal")
 
 
 def _factors(margins: Margins) -> str:

@@ -6,7 +6,7 @@ import click
 import pytest
 
 from proofmass.runner.command_line import main
-from proofmass.runner.commands.tolerances import by_name
+from proofmass.runner.commands.named_options import by_name
 
 FREE = ["--free", "sensor.damping"]
 DATA = ["--data", "record.csv", "--input", "push.output=a", "--output", "sensor.displacement=b", *FREE]
