@@ -22,8 +22,8 @@ _LASTING = object()  # marks directions of numbers that last
 class TickSlopes(NamedTuple):
     """Slopes of some ticks: `value` is that of `row` after the tick by `column` before it.
 
-    Rows are `places`, the numbers that last, and then the wire before the input is added. Columns
-    are places, and then the input at the wire.
+    Rows are `places`, the numbers that last, and then wires before an input is added. Columns are
+    places, and then the inputs at the wires. Of several `wires` one is `opened`.
     """
 
     places: tuple[LastingPlace, ...]
@@ -32,6 +32,8 @@ class TickSlopes(NamedTuple):
     column: Indices
     value: Array
     valued: npt.NDArray[np.bool_]  # of each tick, whether the wire has a value
+    wires: int = 1
+    opened: int = 0
 
     def halves(self) -> "tuple[TickSlopes, TickSlopes]":
         """Return the slopes of the first half of the ticks, and of the second."""

@@ -5,6 +5,7 @@ Each number that lasts and has a slope, and each event at which something enters
 
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
+from copy import copy
 from types import MappingProxyType
 
 import numpy as np
@@ -17,7 +18,7 @@ from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.keys import LargestOf, StateField, WireOf
 from proofmass.runner.plan.memory import Memory, Rows
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.program.events import CUT, MOST, OF_ONE_BIT, OF_STATE, TOLD, VALUED
+from proofmass.runner.program.events import CUT, MOST, OF_ONE_BIT, OF_STATE, SOURCE, TOLD, VALUED
 from proofmass.runner.program.slope_tick import AS_BEFORE, AT_REST, FIRST_EVENT, NONE, RENEWED, SEEDED, write_slopes
 from proofmass.runner.program.slots import FLOATS, INTEGERS, array_of
 from proofmass.runner.program.varying import ALL
@@ -52,16 +53,16 @@ class SlopeCode:
     def ticks(
         self,
         memory: Memory,
-        node: Endpoint,
+        nodes: Sequence[Endpoint],
         seeded: AbstractSet[LastingPlace],
         moving: AbstractSet[str],
         plan: Plan | None = None,
     ) -> "CompiledSlopes":
-        """Return ticks from a memory on with slopes by some numbers that last, and by an input at a wire.
+        """Return ticks from a memory on with slopes by some numbers that last, and by an input at each of some wires.
 
         They are those of the plan, or of another that differs in numbers alone.
         """
-        return CompiledSlopes(self, plan or self.plan, memory, node, seeded, moving)
+        return CompiledSlopes(self, plan or self.plan, memory, nodes, seeded, moving)
 
 
 def has_slopes(plan: Plan) -> bool:
@@ -274,7 +275,10 @@ class SlopesInCode(CompiledLoop):
 
 
 class CompiledSlopes(SlopesInCode):
-    """Ticks of a loop that is cut at one wire, the only event of a tick in which it has a value."""
+    """Ticks of loops that are cut at some wires, the events of a tick in which they have values.
+
+    They tell of the loop through one of them at a time, in which the others are closed.
+    """
 
     sources: Sequence[tuple[str, str, int]] = ()  # of noise, none as in `NoisyTicks` without
     quantised: Mapping[tuple[str, str, int], float] = MappingProxyType({})
@@ -285,21 +289,44 @@ class CompiledSlopes(SlopesInCode):
         code: SlopeCode,
         plan: Plan,
         memory: Memory,
-        node: Endpoint,
+        nodes: Sequence[Endpoint],
         seeded: AbstractSet[LastingPlace],
         moving: AbstractSet[str],
     ) -> None:
-        super().__init__(code, plan, memory, {node: CUT}, seeded, moving, most=1)
-        self._node = node
-        self.recorded: dict[Endpoint, list[float]] = {node: []}
-        self.injected: list[tuple[str, str, int]] = []
-        self._kept: list[tuple[Found, AnyArray]] = []  # with which ticks have a value of the wire
+        super().__init__(code, plan, memory, dict.fromkeys(nodes, CUT), seeded, moving, most=len(nodes))
+        self._nodes, self._node = tuple(nodes), 0
+        self._own = np.full(len(code.wires), -1)  # places of wires among these
+        self._own[[code.wires[node] for node in nodes]] = range(len(nodes))
+        self._values: list[list[float]] = [[] for _ in nodes]
+        self._kept: list[tuple[Found, AnyArray]] = []  # with which wires have a value in each tick
+
+    @property
+    def recorded(self) -> dict[Endpoint, list[float]]:
+        """Values of the wire."""
+        return {self._nodes[self._node]: self._values[self._node]}
+
+    @property
+    def injected(self) -> list[tuple[str, str, int]]:
+        """Inputs at the wire, one for each of its values."""
+        return [(*self._nodes[self._node], number) for number in range(len(self._values[self._node]))]
+
+    def opened_at(self, node: Endpoint) -> "CompiledSlopes":
+        """Return the same ticks with the loop open at one of the wires alone."""
+        one = copy(self)
+        one._node = self._nodes.index(node)
+        return one
 
     def _keep(self, found: Found, counts: Indices, told: AnyArray, entered: AnyArray) -> None:
-        valued = counts > 0
-        for value in told[valued, 0, VALUED].tolist():
-            self.injected.append((*self._node, len(self.injected)))
-            self.recorded[self._node].append(value)
+        size, valued = len(self._places), np.zeros((len(counts), len(self._nodes)), dtype=bool)
+        wires = self._own[told[:, :, SOURCE].astype(np.int64)]  # of each event
+        tick, event = np.nonzero(np.arange(self._most) < counts[:, None])
+        valued[tick, wires[tick, event]] = True
+        for number, values in enumerate(self._values):
+            own = wires[tick, event] == number
+            values += told[tick[own], event[own], VALUED].tolist()
+        for of in (found.row, found.column) if len(self._nodes) > 1 else ():
+            at = np.flatnonzero(of >= size)
+            of[at] = size + wires[found.tick[at] - (self.tick - self._first), of[at] - size]
         self._kept.append((found, valued))
 
     def again(self, plan: Plan, memory: Memory, numbers: BegunNumbers | None = None) -> None:
@@ -310,11 +337,13 @@ class CompiledSlopes(SlopesInCode):
         self._still = StillNumbers(len(self._places))
         for rows in self._in_lanes:
             rows.fill(0.0)
-        self.recorded[self._node].clear()
-        self.injected.clear()
+        self._values = [[] for _ in self._nodes]
 
     def slopes(self) -> TickSlopes:
         """Return the slopes of all ticks."""
-        kept = [(*found, valued) for found, valued in self._kept]
-        tick, row, column, value, valued = (np.concatenate(several) for several in zip(*kept, strict=True))
-        return TickSlopes(tuple(self._places.values()), tick, row, column, value, valued)
+        parts = zip(*((*found, valued) for found, valued in self._kept), strict=True)
+        *found, valued = (np.concatenate(several) for several in parts)
+        self._kept[:] = [(Found(*found), valued)]  # for the other wires too
+        return TickSlopes(
+            tuple(self._places.values()), *found, valued[:, self._node], wires=len(self._nodes), opened=self._node
+        )

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from proofmass.runner.program.tick_loop import TickLoop
     from proofmass.runner.targets.machine_code import LlvmModule
     from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
-    from proofmass.runner.targets.native_slopes import SlopeCode
+    from proofmass.runner.targets.native_slopes import CompiledSlopes, SlopeCode
 
 
 INTERPRETED = 1.5  # seconds of plain Python, after which the loop is compiled
@@ -157,6 +157,7 @@ class Course:
         self.plan = plan.without_noise
         self._begin = begin
         self.kept: dict[Hashable, Any] = {}  # runs with noise, asked for at several points
+        self.loops: tuple[Endpoint, ...] = ()  # wires at which an analysis opens loops one after the other
         self._run: Forward | None = None
         self._onward = dict[int, Onward]()
         self._slopes: dict[bool, list[SlopeCode]] = {False: [], True: []}  # without and with noise
@@ -251,6 +252,7 @@ class Onward:
     def __init__(self, course: Course, begin: Memory) -> None:
         self.course, self.begin = course, begin
         self.maps: dict[Hashable, PeriodMap | None] = {}  # to several outputs, each a part
+        self.slopes: dict[Hashable, tuple[CompiledSlopes | None, set[Endpoint]]] = {}  # of loops yet to be asked for
         self._run = course.from_memory(begin)
         self._memories = {begin.tick: begin}
         self._recorded: dict[Hashable, tuple[CompiledLoop | Alone, Array]] = {}

@@ -6,12 +6,17 @@ So are the changes between maps, which are asked for again and again.
 
 import math
 from collections.abc import Hashable
+from collections.abc import Set as AbstractSet
+from contextlib import suppress
 from dataclasses import replace
+from functools import cached_property
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Onward
 from proofmass.runner.analysis.linearisation.map_changes import change_between, effect
@@ -19,10 +24,14 @@ from proofmass.runner.analysis.linearisation.numbers import Orbit, wires_of
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.rings import Entry, Rings, find_rings
+from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.derivatives.stepped_ticks import Indices
 from proofmass.runner.host.arrays import Array, Complex
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
+
+if TYPE_CHECKING:
+    from proofmass.runner.targets.native_slopes import CompiledSlopes, SlopeCode
 
 FEW = 256  # periods of a stretch that may as well be twice as long
 _FORGOTTEN, _ENOUGH = 8.0, 2.5  # time constants of the lowest crossover in a stretch, and times as many as it may have
@@ -67,8 +76,38 @@ class OrbitRun:
         return (after, 1) in self._maps
 
     def _map_of(self, ends: Ends, rings: Rings, after: int, periods: int) -> PeriodMap:
-        memory, slopes = self.after(after).copy(), self.course.slopes
-        return ends.map(self._plan, memory=memory, periods=periods, rings=rings, slopes=slopes, later=self.later)
+        memory, slopes, opened = self.after(after).copy(), self.course.slopes, self._opened if ends.cut else None
+        options = {"rings": rings, "slopes": slopes, "later": self.later, "opened": opened}
+        return ends.map(self._plan, memory=memory, periods=periods, **options)
+
+    @cached_property
+    def _alike(self) -> set[Endpoint]:
+        """Wires of loops among the same blocks."""
+        return {
+            node for node in self.course.loops if self._is_alike(replace(self._ends, inputs=(node,), outputs=(node,)))
+        }
+
+    def _is_alike(self, ends: Ends) -> bool:
+        return ends.blocks(self._plan) == (self.upstream, self.moving) and ends.common_period(self._plan) == self.ticks
+
+    def _opened(
+        self, code: "SlopeCode", memory: Memory, ticks: int, seeded: AbstractSet[LastingPlace]
+    ) -> "CompiledSlopes | None":
+        """Return the slopes of ticks of a loop, taken together with those of others; None if it is alone."""
+        (node,), kept = self._ends.inputs, self._onward.slopes
+        nodes = sorted(self._alike & code.wires.keys(), key=code.wires.__getitem__)  # as they follow in a tick
+        if node not in nodes or len(nodes) < 2:
+            return None
+        key = memory.tick, ticks, *nodes
+        if key not in kept:
+            engine = code.ticks(memory, nodes, seeded, self.moving, code.of(self.course.plan))
+            with suppress(ArithmeticError):  # what another of them has no slope of may not matter to this one
+                kept[key] = engine if engine.advance(memory.tick + ticks, ()) else None, {*nodes}
+        whole, left = kept.setdefault(key, (None, {*nodes}))
+        left.discard(node)
+        if not left:
+            del kept[key]
+        return whole and whole.opened_at(node)
 
     def _part_of_all(self, after: int, periods: int) -> PeriodMap | None:
         """Return the part of the map to all outputs that are asked for, which is taken once; None if there is none."""

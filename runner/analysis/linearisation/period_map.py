@@ -221,6 +221,7 @@ def period_map(
     quantisers: Collection[str] | None = None,
     slopes: "Callable[[int, bool, AbstractSet[str]], SlopeCode | None]" = lambda ticks, noise, blocks: None,
     later: Callable[[Memory, int], Memory] | None = None,
+    opened: "Callable[[SlopeCode, Memory, int, AbstractSet[LastingPlace]], CompiledSlopes | None] | None" = None,
 ) -> PeriodMap:
     """Linearise what lies between some wires, from a memory on, or from tick 0.
 
@@ -240,7 +241,8 @@ def period_map(
     too. With `drawn` that is along a run with noise. `slopes` returns the machine code of ticks
     with their slopes, if the plan has such, for long periods. With `later`, which runs a memory on
     by some ticks, a wire that holds its value counts once, where all of its values are held alike.
-    The map then begins with a new value.
+    The map then begins with a new value. `opened` returns the slopes of ticks of a loop, if they were
+    taken with those of others.
 
     Raises `ModelError` that names the block that cannot be linearised.
     """
@@ -279,7 +281,8 @@ def period_map(
             many = ticks > _MANY and not by_parameters
             engine = (CompactTicks if many else NoisyTicks)(*given, noise=noise, drawn=drawn, quantisers=quantisers)
         elif code is not None:
-            engine = code.ticks(memory, inputs[0], {*starts.values()}, moving, code.of(quiet))
+            shared = None if counted or opened is None else opened(code, memory, ticks, {*starts.values()})
+            engine = shared or code.ticks(memory, inputs, {*starts.values()}, moving, code.of(quiet))
         else:
             engine = (SteppedTicks if stepped else DualTicks)(*given)
         try:

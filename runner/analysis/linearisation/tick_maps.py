@@ -179,16 +179,20 @@ def maps_of_ticks(
     """
     size, number = len(slopes.places), {place: i for i, place in enumerate(slopes.places)}
     back = {entry: (number[starts[entry]], number[ends[entry]]) for entry in starts.keys() & ends.keys()}
-    edges = np.zeros((size + 1, size + 1), dtype=bool)  # the last row is what is read, the last column the input
+    every = size + slopes.wires
+    wire, others = size + slopes.opened, [size + n for n in range(slopes.wires) if n != slopes.opened]
+    edges = np.zeros((every, every), dtype=bool)
     edges[slopes.row, slopes.column] = True
     for to, source in back.values():
         edges[to, source] = True
-    kept = between(edges[:size, :size], edges[:size, size], edges[size, :size])
+    inside = [*range(size), *others]
+    found = between(edges[np.ix_(inside, inside)], edges[inside, wire], edges[wire, inside])
+    kept = [place for place in found if place < size]
     n, values = len(kept), int(slopes.valued.sum())
     if values * n * n > _MOST_ENTRIES:
         return None
-    within = np.full(size + 1, -1)
-    within[kept], within[size] = np.arange(n), n
+    within = np.full(every, -1)
+    within[[*kept, wire, *others]] = np.arange(n + slopes.wires)
     row, column = within[slopes.row], within[slopes.column]
     counts = (row >= 0) & (column >= 0)
     again = within[np.array([*back.values()], dtype=np.int64).reshape(-1, 2)]
@@ -200,7 +204,7 @@ def maps_of_ticks(
     entries = ((entry, int(within[number[place]])) for entry, place in starts.items() if place in number)
     places = {entry: place for entry, place in entries if place >= 0}
     valued = np.append(slopes.valued, False)
-    return TickMaps(*joined(n, valued, tick, row, column, value), places)
+    return TickMaps(*joined(n, len(others), valued, tick, row, column, value), places)
 
 
 def between(acts: Truths, entered: Truths, read: Truths) -> list[int]:

@@ -37,18 +37,21 @@ def _code(function: Callable[..., Any], numbers: int, kinds: tuple[Any, ...]) ->
 
 
 def joined(
-    n: int, valued: Truths, tick: Indices, row: Indices, column: Indices, value: Array
+    n: int, others: int, valued: Truths, tick: Indices, row: Indices, column: Indices, value: Array
 ) -> tuple[Array, Array, Array, Array]:
     """Return a, b, c and d of each value of a wire: ticks without one are joined to those with one.
 
-    Take the numbers of maps of ticks that are not zero, tick by tick: row and column n are the wire.
+    Take the numbers of maps of ticks that are not zero, tick by tick. Rows and columns are n
+    states, the wire, and `others`, through which what comes to them goes on. In a tick these are one
+    after the other.
     """
     values = int(valued.sum())
     a, b, c = np.zeros((values, n, n)), np.zeros((values, n)), np.zeros((values, n))
     kinds = zip((valued, tick, row, column, value), (np.int64,) * 4 + (float,), strict=True)
     arrays = [np.ascontiguousarray(of, kind) for of, kind in kinds]
-    arrays += [np.eye(n, n + 1), np.empty((n, n + 1)), a, b, c]
-    run(_join, (len(valued), len(value), n), arrays, (PLACES, (PLACES,) * 3, CONSTANT, (MOVED,) * 2, (MOVED,) * 3))
+    arrays += [np.eye(n, n + 1), np.empty((n + 1 + others, n + 1)), a, b, c]
+    numbers = len(valued), len(value), n, others
+    run(_join, numbers, arrays, (PLACES, (PLACES,) * 3, CONSTANT, (MOVED,) * 2, (MOVED,) * 3))
     return a, b, c, np.zeros(values)
 
 
@@ -82,12 +85,15 @@ def lifted(a: Array, b: Array, c: Array, d: Array) -> tuple[Array, Array]:
 # -- functions of programs -------------------------------------------------------------------------
 
 
-def _join(ticks: int, count: int, n: int, valued: Any, places: Any, numbers: Any, room: Any, maps: Any) -> None:
+def _join(
+    ticks: int, count: int, n: int, others: int, valued: Any, places: Any, numbers: Any, room: Any, maps: Any
+) -> None:
     """Multiply the maps of ticks between values of the wire: [A b] of what has happened since one."""
     (of_tick, row, column), (since, after), (a, b, c) = places, room, maps
     wide, entry, value = n + 1, 0, -1
     for tick in range(ticks + 1):
-        if tick == ticks or valued[tick] != 0:
+        has = tick < ticks and valued[tick] != 0
+        if has or tick == ticks:
             if value >= 0:
                 for i in range(n):
                     b[value * n + i] = since[i * wide + n]
@@ -96,21 +102,28 @@ def _join(ticks: int, count: int, n: int, valued: Any, places: Any, numbers: Any
                 for at in range(n * wide):
                     since[at] = 1.0 if at % (wide + 1) == 0 else 0.0
             value += 1
-        for at in range(n * wide):
+        for at in range((n + 1 + others) * wide):
             after[at] = 0.0
+        first = entry
         while entry < count and of_tick[entry] == tick:
-            to, of, number = row[entry], column[entry], numbers[entry]
-            if to < n and of < n:
-                for j in range(wide):
-                    after[to * wide + j] += number * since[of * wide + j]
-            elif of < n and valued[tick] != 0:
-                for j in range(n):
-                    c[value * n + j] += number * since[of * wide + j]
-            elif to < n and valued[tick] != 0:
-                after[to * wide + n] += number
             entry += 1
+        for turn in range(others + 1):
+            for k in range(first, entry):
+                to, of, number = row[k], column[k], numbers[k]
+                if to == n + 1 + turn or (turn == others and to <= n):
+                    if of < n:
+                        for j in range(wide):
+                            after[to * wide + j] += number * since[of * wide + j]
+                    elif of > n:
+                        for j in range(wide):
+                            after[to * wide + j] += number * after[of * wide + j]
+                    elif has:
+                        after[to * wide + n] += number
         for at in range(n * wide):
             since[at] = after[at]
+        if has:
+            for j in range(n):
+                c[value * n + j] = after[n * wide + j]
 
 
 def _multiply(ticks: int, steps: int, n: int, count: int, numbers: int, maps: Any, room: Any, exponents: Any) -> None:

@@ -241,7 +241,7 @@ class ManyMargins:
                 engine = before
                 engine.again(course.plan, memory, begun.numbers(engine, memory))
             else:
-                engine = code.ticks(memory, period.node, {*period.places.values()}, period.moving, course.plan)
+                engine = code.ticks(memory, (period.node,), {*period.places.values()}, period.moving, course.plan)
             return engine if engine.advance(memory.tick + 2 * period.ticks, ()) else None
         except (ModelError, ArithmeticError):
             return None

@@ -61,9 +61,10 @@ def margins_or_reasons(points: OperatingPoints, loop: str = "", over: bool = Fal
 
     They have notes on their ranges `over` the phase of an oscillation if so wanted.
     """
-    planned, phases = points.plan, OverPhases(points)
+    nodes, phases = loop_nodes(points.plan, loop), OverPhases(points)
     answers = dict[str, Margins | ModelError]()
-    for name, node in loop_nodes(planned, loop).items():
+    points.course.loops = tuple(nodes.values())
+    for name, node in nodes.items():
         try:
             found = with_rounding(margins_of(open_loop(points, node), name, ".".join(node)))
             answers[name] = phases.noted(found, node) if over else found

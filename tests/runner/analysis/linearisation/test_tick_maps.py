@@ -60,7 +60,7 @@ def test_ticks_without_a_value_of_the_wire_join_those_with_one(pattern: str) -> 
     maps, now = 0.5 * dice.normal(size=(len(pattern), 3, 3)), dice.normal(size=2)
     state, expected, found = now, list[float](), list[float]()
     places = np.nonzero(maps)
-    for a, b, c, _ in zip(*joined(2, np.array(valued), *places, maps[places]), strict=True):
+    for a, b, c, _ in zip(*joined(2, 0, np.array(valued), *places, maps[places]), strict=True):
         found.append(c @ state)
         state = a @ state + b
     for tick, has in zip(maps, valued, strict=True):
