@@ -215,7 +215,8 @@ class Study(Placed):
         if self.design == "latin_hypercube":
             lines.append(f"runs = {self.runs}")  # the strata depend on it
         lines += [f"correlation.{first}.{second} = {value}" for first, second, value in self.correlation.pairs]
-        for table in ("spread", "sweep", "drift"):
+        lines += [f"sweep.{name} = {entry}" for name, entry in self.sweep.items()]  # the last one moves fastest
+        for table in ("spread", "drift"):
             lines += [f"{table}.{name} = {entry}" for name, entry in sorted(getattr(self, table).items())]
         lines += [f"changes.{name} = {change}" for name, change in self.changes.items()]
         lines += [*self.recalibration.text(), *([f"margins = {self.margins}"] if self.margins else [])]

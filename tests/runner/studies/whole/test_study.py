@@ -112,6 +112,16 @@ def test_a_changed_graph_or_study_is_refused_with_what_changed(study: Study, tmp
         run_study(study, runs=1, engine="python", folder=tmp_path)
 
 
+@pytest.mark.defect("S933", before="numbers of other points of the sweep, without a word", after="another study")
+def test_a_sweep_in_another_order_is_another_study(study: Study, tmp_path: Path) -> None:
+    """The last parameter of a sweep moves fastest, so run 1 is another point."""
+    swept = {"adc.reference": [4.0, 5.0], "source.value": [1.0, 2.0]}
+    run_study(Study(study.graph, runs=1, sweep=swept), engine="python", folder=tmp_path)
+    turned = Study(study.graph, runs=1, sweep=dict(reversed(swept.items())))
+    with pytest.raises(ModelError, match="belongs to another study"):
+        run_study(turned, engine="python", folder=tmp_path)
+
+
 def test_the_ledger_keeps_every_bit(tmp_path: Path) -> None:
     values = (-0.0, 5e-324, 1.7976931348623157e308, 0.1, -3.0)
     names = [f"m{i}" for i in range(len(values))]
