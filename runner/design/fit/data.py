@@ -83,6 +83,7 @@ def run_cycle(graph: Graph, temperature: str, output: str, **options: Any) -> Re
     wrong: Mapping[str, bool] = {
         "is not a signal of single numbers": any(trace.values.ndim > 1 for trace in traces),
         "has another rate than the temperature": traces[0].stride != traces[1].stride,
+        "has another clock offset than the temperature": traces[0].phase != traces[1].phase,
     }
     for message, found in wrong.items():
         if found:

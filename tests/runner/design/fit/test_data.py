@@ -6,9 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from proofmass.blocks import Gain, Ramp
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.design.fit.data import Readings, read_table, run_cycle
 from proofmass.runner.output.export import save_csv, save_netcdf, save_parquet
 from proofmass.runner.run.simulate import simulate
@@ -120,6 +122,21 @@ def test_signals_of_a_graph_that_do_not_go_together(tmp_path: Path) -> None:
     vector = next(p.signal for p in test_graph.probes if "impulse_response" in p.signal)
     with pytest.raises(ModelError, match="not a signal of single numbers"):
         run_cycle(test_graph, vector, vector, samples=5000)
+
+
+@pytest.mark.defect("S934", before="a slope of 0.6 K for 0, or an error inside", after="another clock offset")
+@pytest.mark.parametrize("ticks", [9, 10])  # at ten both have as many rows
+def test_signals_at_other_times_do_not_go_together(ticks: int) -> None:
+    graph = Graph(
+        name="at other times",
+        rate="10 Hz",
+        blocks={"heat": Ramp(), "early": Gain(), "late": Gain()},
+        wires=["heat.output -> early.input", "heat.output -> late.input"],
+        rates={"early": "2 Hz", "late": "2 Hz"},
+        offsets={"late": "0.3 s"},
+    )
+    with pytest.raises(ModelError, match="late.output: has another clock offset than the temperature"):
+        run_cycle(graph, "early.output", "late.output", samples=ticks)
 
 
 def test_a_constant_is_taken_off() -> None:
