@@ -135,7 +135,7 @@ def test_signals_at_other_times_do_not_go_together(ticks: int) -> None:
         rates={"early": "2 Hz", "late": "2 Hz"},
         offsets={"late": "0.3 s"},
     )
-    with pytest.raises(ModelError, match="late.output: has another clock offset than the temperature"):
+    with pytest.raises(ModelError, match=r"late\.output: has another clock offset than the temperature"):
         run_cycle(graph, "early.output", "late.output", samples=ticks)
 
 
