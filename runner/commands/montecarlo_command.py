@@ -26,7 +26,7 @@ from proofmass.runner.commands.run_files import need_for, usual_format, write_ru
 from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.commands.study_files import study_data, write_study
 from proofmass.runner.comparison.tables import text_of
-from proofmass.runner.comparison.variants import VariantComparison, folder_of
+from proofmass.runner.comparison.variants import VariantComparison, folders_of
 from proofmass.runner.output.times import time_text
 from proofmass.runner.run.result import Result
 from proofmass.runner.studies.outcome.result import StudyResult
@@ -59,11 +59,11 @@ def run_montecarlo(request: MontecarloRequest) -> int:
 def _run_variants(request: MontecarloRequest, studies: Mapping[str, Study]) -> int:
     """Run each variant in a folder of its own, and compare them with the first."""
     results = dict[str, StudyResult]()
+    folders = {} if request.out is None else folders_of(request.out, studies)
     for name, study in studies.items():
-        out = None if request.out is None else folder_of(request.out, name)
         if not request.as_json:
             print_text([f"variant {name}", ""])
-        code, results[name] = _run_one(request, study, out, alone=False)
+        code, results[name] = _run_one(request, study, folders.get(name), alone=False)
         if code != DONE:
             return code
     comparison = VariantComparison(results)

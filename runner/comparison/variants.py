@@ -1,9 +1,10 @@
 """Variants of a study, the later ones compared with the first: tables, plain data and page."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -15,16 +16,24 @@ from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.curves import variant_pictures
 
 PAGE, DATA = "variants.html", "variants.json"
+LONGEST_NAME = 80  # of a folder: a sweep of lists has longer ones than file systems take
 _ABOUT = "Each variant has the same sensors as the first. Their own reports are in the folders beside this page."
 
 
-def folder_of(out: Path, name: str) -> Path:
-    """Return the folder of a variant.
+def folders_of(out: Path, names: Iterable[str]) -> dict[str, Path]:
+    """Return a folder of its own for each variant, numbered where file systems take names for one.
 
-    >>> folder_of(Path("out"), "cheap, adc.bits = 12").name
-    'cheap_adc.bits_12'
+    >>> [folder.name for folder in folders_of(Path("out"), ["cheap, adc.bits = 12", "a b", "a/b"]).values()]
+    ['cheap_adc.bits_12', 'a_b', 'a_b_2']
     """
-    return out / re.sub(r"[^A-Za-z0-9.+-]+", "_", name).strip("_")
+    folders, taken = dict[str, Path](), set[str]()
+    for name in names:
+        plain = re.sub(r"[^\w.+-]+", "_", name)[:LONGEST_NAME].strip("_.") or "variant"
+        numbered = chain([plain], (f"{plain}_{number}" for number in count(2)))
+        chosen = next(folder for folder in numbered if folder.casefold() not in taken)
+        taken.add(chosen.casefold())
+        folders[name] = out / chosen
+    return folders
 
 
 @dataclass(frozen=True)

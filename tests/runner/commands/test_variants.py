@@ -10,7 +10,7 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.studies.study_reader import read_study, read_variants
 from proofmass.graphs.tuning.reader import read_tuning
 from proofmass.runner.command_line import main
-from proofmass.runner.comparison.variants import VariantComparison
+from proofmass.runner.comparison.variants import VariantComparison, folders_of
 from proofmass.runner.studies.shown.curves import variant_pictures
 from proofmass.runner.studies.whole.study import replay, run_study
 from tests.by_hand.study_texts import STUDY
@@ -56,6 +56,43 @@ def test_a_file_of_variants_is_no_single_study(tmp_path: Path, text: str, named:
     tuned = '\n[tune.free]\n"gain.gain" = [0.5, 2.0]\n[tune.goals]\ngood = { yield = "bias", maximise = true }\n'
     with pytest.raises(ModelError, match="the study has variants"):
         read_tuning(written(tmp_path, text + tuned))
+
+
+ALIKE = """
+[study.variants."a b"]
+[study.variants."A/B"]
+limits = { bias = { at_most = -1.0 } }
+[study.variants.".."]
+limits = { bias = { at_least = -1.0 } }
+"""
+
+
+@pytest.mark.exhaustive
+def test_variants_whose_names_are_alike_have_answers_of_their_own(tmp_path: Path) -> None:
+    path, out = written(tmp_path, BASE.partition("[study.limits]")[0] + ALIKE), tmp_path / "out"
+    words = ["montecarlo", str(path), "--runs", "1", "--engine", "python", "--no-report", "--out", str(out)]
+    assert main([*words, "--format", "csv", "--quiet"]) == 0
+    told = {
+        folder.name: json.loads((folder / "study.json").read_text())["yield"]
+        for folder in out.iterdir()
+        if folder.is_dir()
+    }
+    assert told == {"a_b": {}, "A_B_2": {"bias": 0.0, "all limits": 0.0}, "variant": {"bias": 1.0, "all limits": 1.0}}
+    assert sorted(tmp_path.iterdir()) == [out, path]
+
+
+@pytest.mark.defect("S935", before="three variants in one folder, which told of the last", after="one for each")
+def test_variants_whose_names_are_alike_have_folders_of_their_own() -> None:
+    folders = folders_of(Path("out"), ["a b", "A/B", ".."])
+    assert list(folders.values()) == [Path("out/a_b"), Path("out/A_B_2"), Path("out/variant")]
+
+
+def test_folders_of_variants_have_names_that_file_systems_take() -> None:
+    long = ", ".join(f"filter.taps = [{number}]" for number in range(40))
+    names = [folder.name for folder in folders_of(Path("out"), ["größer", "более", long, long + "."]).values()]
+    assert names[:2] == ["größer", "более"]
+    assert len(set(names)) == 4
+    assert max(map(len, names)) < 90
 
 
 @pytest.mark.exhaustive
