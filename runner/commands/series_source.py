@@ -1,5 +1,6 @@
 """Source of the signals of an analysis: a run of a graph, or a recording."""
 
+import re
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -57,17 +58,24 @@ def _refuse_options_of_graphs(request: OfSignal) -> None:
 
 
 def _simulated(request: OfSignal) -> list[Callable[[], Series]]:
-    """Return the signals of a run, each of which may be a vector, which has no series."""
+    """Return the signals of a run, each of which may be a vector, of which an entry has a series."""
     # start-up time: only graphs are run, recordings are read
     from proofmass.runner.run.simulate import simulate
 
     if request.duration is not None and request.samples is not None:
         raise click.UsageError("give --duration or --samples, not both")
     graph = graph_of(request.source, request.own, request.changes)
-    graph = graph.bare(probes=_probes(graph, request.probe))
+    signal, entry = _entry_of(request.probe)
+    graph = graph.bare(probes=_probes(graph, signal))
     with progress(request.as_json) as bar:
         result = request.call(simulate, graph, progress=bar)
-    return [partial(of_trace, trace) for trace in result.values()]
+    return [partial(of_trace, trace, entry) for trace in result.values()]
+
+
+def _entry_of(probe: str) -> tuple[str, int | None]:
+    """The signal and the entry of a vector, as columns of CSV and Parquet name them."""
+    named = re.fullmatch(r"(.+)\[(\d{1,9})\]", probe)
+    return (named[1], int(named[2])) if named else (probe, None)
 
 
 def _probes(graph: Graph, signal: str) -> list[Probe]:

@@ -96,12 +96,18 @@ def as_series(source: Any, rate: float = 0.0, unit: str = "1") -> Series:
     return Series(np.asarray(source, dtype=float).ravel(), 1.0 / rate, unit=unit)
 
 
-def of_trace(trace: Trace) -> Series:
-    """The series of a probe; raises `ModelError` for a vector."""
-    if trace.values.ndim > 1:
-        message, hint = "is a vector, not one number", "probe an output of type float or int"
+def of_trace(trace: Trace, entry: int | None = None) -> Series:
+    """The series of a probe, or of an entry of a vector; raises `ModelError` for a vector, or without that entry."""
+    rows, count = trace.values.reshape(len(trace.values), -1), trace.entries
+    if entry is None and trace.values.ndim > 1:
+        message, hint = "is a vector, not one number", f"name one of its {count} entries, {trace.signal}[0]"
+        hint += "; in Python give its values[:, 0] and their rate"
         raise Problem(message=message, key=trace.signal, hint=hint).error
-    return Series(np.asarray(trace.values, dtype=float), float(trace.period), trace.signal, trace.unit)
+    if not (entry or 0) < count:
+        expected = f"an entry below {count}"
+        raise Problem(message="has no such entry", key=trace.signal, got=f"[{entry}]", expected=expected).error
+    name = trace.signal if entry is None else f"{trace.signal}[{entry}]"
+    return Series(np.asarray(rows[:, entry or 0], dtype=float), float(trace.period), name, trace.unit)
 
 
 def read_series(file: str | Path, column: str = "") -> Series:

@@ -29,7 +29,10 @@ class OfSignal(Changed):
 
     source: Path = file_argument(library=True)
     probe: str = option(
-        "Take this signal of a graph, or column of a file (default: probes, or the first column).", default="", **PORT
+        "Take this signal of a graph, entry of a vector (join.output[0]), or column of a file"
+        " (default: probes, or the first column).",
+        default="",
+        **PORT,
     )
     skip: str = option("Leave out the start, while it settles.", default="0 s", metavar="TIME")
     duration: str | None = DURATION

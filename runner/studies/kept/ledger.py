@@ -10,6 +10,7 @@ import difflib
 import errno
 import hashlib
 import json
+import os
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -51,7 +52,7 @@ class Ledger:
         self.path = path
         self._facts = _told(facts)
         with self._explained():
-            self._data = sqlite3.connect(path or ":memory:", isolation_level=None)
+            self._data = sqlite3.connect(_address(path), isolation_level=None, uri=True)
         try:
             with self._explained():
                 if not damaged:
@@ -195,6 +196,14 @@ def repair(path: Path, measures: Sequence[str], epochs: int, facts: dict[str, st
     for ending in ("-wal", "-shm"):  # of the old file: SQLite would write them into the new one
         Path(f"{path}{ending}").unlink(missing_ok=True)
     partial.replace(path)
+
+
+def _address(path: Path | None) -> str:
+    """Return the file as SQLite is told of it: where nothing can be written beside it, that nothing changes it."""
+    if path is None:
+        return ":memory:"
+    still = path.exists() and not os.access(path.parent, os.W_OK) and not Path(f"{path}-wal").exists()
+    return f"{path.absolute().as_uri()}{'?immutable=1' if still else ''}"
 
 
 def _told(facts: dict[str, str]) -> bytes:

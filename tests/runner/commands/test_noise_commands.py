@@ -177,6 +177,41 @@ def test_the_flat_part_of_an_allan_curve_is_less_than_b(capsys: pytest.CaptureFi
     assert levels[1] / levels[0] == pytest.approx(1.0 / 0.664281, rel=1e-5)
 
 
+VECTOR = """name = "two tones"
+rate = "1 kHz"
+samples = 500
+wires = ["low.output -> join.first", "high.output -> join.second"]
+probes = ["join.output"]
+blocks.low = { kind = "Sine", amplitude = 1.0, frequency = "50 Hz", unit = "V" }
+blocks.high = { kind = "Sine", amplitude = 3.0, frequency = "120 Hz", unit = "V" }
+blocks.join = { kind = "VectorJoin", size = 2, unit = "V" }
+"""
+
+
+@pytest.mark.defect("H880", before="refused, with a hint to probe another output", after="the spectrum of an entry")
+@pytest.mark.parametrize(("entry", "amplitude", "frequency"), [(0, 1.0, 50.0), (1, 3.0, 120.0)])
+def test_an_entry_of_a_vector_has_a_spectrum(
+    entry: int, amplitude: float, frequency: float, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "vector.toml").write_text(VECTOR)
+    tone = json.loads(
+        said(capsys, "spectrum", str(tmp_path / "vector.toml"), "--probe", f"join.output[{entry}]", "--json")
+    )["tone"]
+    assert tone["rms"] == pytest.approx(amplitude / math.sqrt(2.0), rel=1e-9)
+    assert tone["frequency"] == pytest.approx(frequency, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("probe", "told"),
+    [("join.output", "name one of its 2 entries, join.output[0]"), ("join.output[2]", "an entry below 2")],
+)
+def test_a_vector_says_which_entries_it_has(
+    probe: str, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "vector.toml").write_text(VECTOR)
+    assert told in said(capsys, "allan", str(tmp_path / "vector.toml"), "--probe", probe, code=1)
+
+
 @pytest.mark.parametrize("command", ["spectrum", "allan"])
 def test_all_probes_are_taken_where_none_is_named(capsys: pytest.CaptureFixture[str], command: str) -> None:
     words = (command, "library:template")

@@ -1,0 +1,48 @@
+"""Ledgers that are read beside damaged rows, and where nothing may be written."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from proofmass.blocks.declaration.problem import Problem
+from proofmass.runner.studies.kept.ledger import FILE, Ledger
+from proofmass.runner.studies.outcome.outcomes import SensorRun, outcomes_of
+
+
+class Damaged(Ledger):
+    """Stretches of one run each, of which reading stops at the damaged ones."""
+
+    def __init__(self, bad: set[int]) -> None:
+        self.bad = bad
+
+    def _stretches(self, first: int, below: int) -> Iterator[Any]:
+        for number in range(first, below):
+            if number in self.bad:
+                raise Problem(message="damaged").error
+            yield number
+
+
+@pytest.mark.parametrize("bad", [set(), {5}, {0, 9}, {3, 4, 5}, set(range(10))])
+@pytest.mark.parametrize("first", [0, 1000])
+def test_all_but_the_damaged_rows_are_read(bad: set[int], first: int) -> None:
+    """By halves, each run once and in order."""
+    ledger = Damaged({first + number for number in bad})
+    assert list(ledger.whole(first, first + 10)) == [first + n for n in range(10) if n not in bad]
+
+
+@pytest.mark.defect("H879", before="unable to open database file: its runs are safe, repeat", after="it is read")
+def test_a_ledger_where_nothing_may_be_written_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A study in an archive: SQLite would want two files beside the ledger."""
+    written = Ledger(tmp_path / FILE, ["bias"], 1, {"graph": "a"})
+    written.keep([outcomes_of([SensorRun(3, 0, (0.5,))], 1, 1)])
+    written.close()
+    monkeypatch.setattr(os, "access", lambda path, mode: mode != os.W_OK)
+    archived = Ledger(tmp_path / FILE, ["bias"], 1, {"graph": "a"})
+    kept = archived.outcomes(10)
+    beside = list(tmp_path.iterdir())
+    archived.close()
+    assert kept.values.tolist() == [[[0.5]]]
+    assert beside == [tmp_path / FILE]
