@@ -1,7 +1,7 @@
 """A graph as TOML text that reads back to the same graph."""
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from fractions import Fraction
 from functools import partial
 from typing import Any, Protocol
@@ -33,13 +33,14 @@ class WithTables(Protocol):
         ...
 
 
-def write_graph(graph: Graph | WithTables, as_written: bool = False) -> str:
+def write_graph(graph: Graph | WithTables, as_written: bool = False, kept: Collection[str] = ()) -> str:
     """Return the text of a graph file: only differences from the defaults, numbers with units,
     subgraphs as tables.
 
     `graph` is any graph: what `read_graph` makes of the text is equal to it. Of a `Tuning` the text
     has `[tune]` too, and `read_tuning` reads it back. `as_written` keeps quantities in the units in
-    which they were given.
+    which they were given. Parameters that are `kept` are written where they are the default too,
+    named by their paths.
 
     >>> from proofmass import Graph, write_graph
     >>> from proofmass.blocks import Step
@@ -55,7 +56,7 @@ def write_graph(graph: Graph | WithTables, as_written: bool = False) -> str:
     """
     if not isinstance(graph, Graph):
         return graph.as_toml()
-    return "\n".join([SCHEMA_LINE, f"name = {quoted(graph.name)}", *_graph(graph, "", as_written)]) + "\n"
+    return "\n".join([SCHEMA_LINE, f"name = {quoted(graph.name)}", *_graph(graph, "", as_written, kept)]) + "\n"
 
 
 def _time(seconds: Fraction, as_written: bool) -> str:
@@ -63,7 +64,7 @@ def _time(seconds: Fraction, as_written: bool) -> str:
     return write_seconds(seconds) if as_written else f"{seconds} s"
 
 
-def _graph(graph: Graph, path: str, as_written: bool) -> Iterator[str]:
+def _graph(graph: Graph, path: str, as_written: bool, kept: Collection[str]) -> Iterator[str]:
     """Everything but the name of a graph; `path` stands before the names of its tables."""
     texts = ((key, getattr(graph, key)) for key, form in PLAIN_KEYS.items() if isinstance(form, Text))
     yield from (f"{key} = {_long_text(text)}" for key, text in texts if text and key != "name")
@@ -98,13 +99,18 @@ def _graph(graph: Graph, path: str, as_written: bool) -> Iterator[str]:
         if name in graph.rates:
             yield f"rate = {quoted(_formula(graph, f'{name}.{RATE}') or write_rate(graph.rates[name]))}"
         yield from _offset(graph, name, as_written)
-        yield from _parameters(block, partial(_formula, graph, f"{name}."), as_written)
+        yield from _parameters(block, partial(_formula, graph, f"{name}."), as_written, _inside(kept, name))
     for name, part in graph.subgraphs.items():
         yield from ("", f"[{path}blocks.{name}]")
         yield from _offset(graph, name, as_written)
         if part.name:
             yield f"name = {quoted(part.name)}"
-        yield from _graph(part, f"{path}blocks.{name}.", as_written)
+        yield from _graph(part, f"{path}blocks.{name}.", as_written, _inside(kept, name))
+
+
+def _inside(kept: Collection[str], name: str) -> list[str]:
+    """Return the paths that begin at a block, from there on."""
+    return [path.removeprefix(f"{name}.") for path in kept if path.startswith(f"{name}.")]
 
 
 def _formula(graph: Graph, target: str, entry: str = "") -> str:
@@ -127,7 +133,7 @@ def _value(value: NamedValue) -> str:
     return value.written if plain else quoted(value.written)
 
 
-def _parameters(block: Block, formula: Callable[[str], str], as_written: bool) -> Iterator[str]:
+def _parameters(block: Block, formula: Callable[[str], str], as_written: bool, kept: Collection[str]) -> Iterator[str]:
     for name, parameter in type(block).parameters.items():
         value = getattr(block, name)
         entries = [formula(f"{name}[{place}]") for place in range(len(value))] if isinstance(value, tuple) else []
@@ -136,7 +142,7 @@ def _parameters(block: Block, formula: Callable[[str], str], as_written: bool) -
             entry = formula(name)
         elif any(entries):
             entry = [own or number for own, number in zip(entries, value, strict=True)]
-        elif repr(value) == repr(parameter.default):  # tells -0.0 from 0.0
+        elif repr(value) == repr(parameter.default) and name not in kept:  # tells -0.0 from 0.0
             continue
         elif parameter.kind is float:
             unit = short_unit(unit_of(block, parameter))

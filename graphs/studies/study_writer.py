@@ -20,7 +20,8 @@ def write_study(study: Study, graph: Graph | None = None) -> str:
     parameters and measures.
 
     `graph` is the study's, with its recordings named from the folder that the text is meant for;
-    `files_beside` belong into the same folder.
+    `files_beside` belong into the same folder. What the sensors are drawn about is written where it
+    is the default too: an own block, or a later version, may have another.
     """
     lines = [f"runs = {study.runs}", f"seed = {study.seed}", f"design = {quoted(study.design)}"]
     lines += [f"margins = {quoted(study.margins)}"] if study.margins else []
@@ -39,7 +40,8 @@ def write_study(study: Study, graph: Graph | None = None) -> str:
     for name, table in tables.items():
         if table:
             lines += ["", f"[study.{name}]", *(f"{quoted(key)} = {inline(entry)}" for key, entry in table.items())]
-    return f"{write_graph(graph or study.graph, as_written=True)}\n[study]\n" + "\n".join(lines) + "\n"
+    whole = write_graph(graph or study.graph, as_written=True, kept=study.varying)
+    return f"{whole}\n[study]\n" + "\n".join(lines) + "\n"
 
 
 def files_beside(study: Study) -> dict[str, bytes]:

@@ -14,6 +14,7 @@ from proofmass.graphs.studies.build import Study
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.beginning import code_of
 from proofmass.runner.run.simulate import simulate
+from proofmass.runner.studies.kept.folder import kept_result
 from proofmass.runner.studies.whole.study import run_study
 
 OWN = """from typing import NamedTuple
@@ -95,6 +96,21 @@ def test_a_ledger_is_refused_where_another_thing_is_done_before_the_first_tick(
     other = Study(graph(tmp_path, changes).changed(samples=3), runs=4, spread=spread)
     with pytest.raises(ModelError, match="belongs to another code"):
         run_study(other, engine="python", folder=tmp_path / "kept")
+
+
+@pytest.mark.defect(
+    "S936", before="runs with gains of about 1 told to be of about 4", after="refused, with what differs"
+)
+def test_runs_are_shown_about_the_default_that_they_were_drawn_about(tmp_path: Path) -> None:
+    kept, changes = tmp_path / "kept", {'"Gain.", default=1.0': '"Gain.", default=4.0'}
+    spread = {"tally.gain": {"normal": 0.1}}
+    run_study(Study(graph(tmp_path, {}).changed(samples=3), runs=2, spread=spread), engine="python", folder=kept)
+    (gain,) = (line for line in (kept / "study.toml").read_text().splitlines() if line.startswith("gain"))
+    assert gain == "gain = 1.0"
+    graph(tmp_path, changes)
+    with pytest.raises(ModelError, match="belongs to another graph") as refused:
+        kept_result(kept, load_own_blocks(tmp_path / "own.py"))
+    assert refused.value.problems[0].got == "+gain = 1.0"
 
 
 @pytest.mark.defect("S892", before="the rest of another model's run", after="the code of a block changed")
