@@ -9,7 +9,7 @@ from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import working
 from proofmass.runner.commands.study_files import study_data
 from proofmass.runner.output.times import time_text
-from proofmass.runner.studies.kept.folder import find_folder, kept_result
+from proofmass.runner.studies.kept.folder import kept_result, last_result
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.proved import ProvedBound
 from proofmass.runner.studies.shown.report import FILE, save_study_report
@@ -18,8 +18,8 @@ from proofmass.runner.studies.shown.report import FILE, save_study_report
 def report_study(request: ReportRequest) -> int:
     """Write the report of a study and return the exit code."""
     blocks = own_blocks(request.own)
-    folder = request.study if request.study.is_dir() else find_folder(request.study, blocks)
-    result = kept_result(folder, blocks)
+    source = request.study
+    folder, result = (source, kept_result(source, blocks)) if source.is_dir() else last_result(source, blocks)
     began = time.perf_counter()
     with working(request.as_json, "writing the report"):
         proved = [] if request.proof is None else _proved(request.proof, result)

@@ -236,7 +236,8 @@ class ReportRequest(Answered, does="report_command.report_study"):
 
     The page has tables, histograms, fans, a tornado, and the runs worth a look. STUDY is the folder
     of `proofmass montecarlo --out`, even while the study runs, or the study file. Of a file it
-    takes the folder of the last run, beside the file or here.
+    takes the folder of the last run, beside the file or here, and the limits
+    that the file has now.
 
     \b
     proofmass montecarlo library:scale_factor_drift --runs 20 --out drift --no-report

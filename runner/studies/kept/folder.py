@@ -1,6 +1,7 @@
 """The folder of a study: its ledger and a copy of the study, to show and replay runs."""
 
 import contextlib
+from dataclasses import replace
 from pathlib import Path
 
 from proofmass.blocks.declaration.catalog import Own
@@ -27,12 +28,19 @@ def keep_study(study: Study, folder: Path) -> None:
             file.write(content)
 
 
-def find_folder(path: Path, own: Own | None = None) -> Path:
-    """Return the folder in which a study file ran last: beside the file, or in the working folder.
+def last_result(path: Path, own: Own | None = None) -> tuple[Path, StudyResult]:
+    """Return the folder in which a study file ran last, and its result by the limits that the file has now.
 
-    Raises `ModelError` if there is none.
+    It is beside the file, or in the working folder. Raises `ModelError` if there is none.
     """
-    study, ledgers = read_study(path, own), list[Path]()
+    study = read_study(path, own)
+    folder = _find_folder(study, path, own)
+    result = kept_result(folder, own)
+    return folder, replace(result, study=result.study.with_limits(study.limits))
+
+
+def _find_folder(study: Study, path: Path, own: Own | None) -> Path:
+    ledgers = list[Path]()
     for ledger in {*path.parent.glob(f"*/{FILE}"), *Path().glob(f"*/{FILE}")}:
         with contextlib.suppress(ModelError):  # a folder of something else, or of other blocks
             kept = read_study(ledger.parent / STUDY_FILE, own)

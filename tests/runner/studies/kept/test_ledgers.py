@@ -8,8 +8,11 @@ from typing import Any
 import pytest
 
 from proofmass.blocks.declaration.problem import Problem
+from proofmass.runner.studies.kept.folder import last_result
 from proofmass.runner.studies.kept.ledger import FILE, Ledger
 from proofmass.runner.studies.outcome.outcomes import SensorRun, outcomes_of
+from proofmass.runner.studies.whole.study import run_study
+from tests.by_hand.study_texts import STUDY
 
 
 class Damaged(Ledger):
@@ -31,6 +34,18 @@ def test_all_but_the_damaged_rows_are_read(bad: set[int], first: int) -> None:
     """By halves, each run once and in order."""
     ledger = Damaged({first + number for number in bad})
     assert list(ledger.whole(first, first + 10)) == [first + n for n in range(10) if n not in bad]
+
+
+@pytest.mark.defect("S937", before="the yield within limits that the file no longer had", after="those of the file")
+def test_the_result_of_a_file_has_its_limits(tmp_path: Path) -> None:
+    """A mean of 819 codes, 1 V of 5 V in 12 bits, is below 900 and not below 100."""
+    path, text = tmp_path / "study.toml", STUDY.partition("[study.limits]")[0]
+    path.write_text(text + "[study.limits]\nbias = { at_most = 900 }\n")
+    run_study(path, runs=1, engine="python", folder=tmp_path / "kept")
+    path.write_text(text + "[study.limits]\nbias = { at_most = 100 }\n")
+    folder, result = last_result(path)
+    assert folder == tmp_path / "kept"
+    assert result.yields() == {"bias": 0.0, "all limits": 0.0}
 
 
 @pytest.mark.defect("H879", before="unable to open database file: its runs are safe, repeat", after="it is read")
