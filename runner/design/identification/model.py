@@ -92,8 +92,8 @@ def _with_recorded(
 ) -> tuple[Graph, dict[str, dict[str, tuple[float, ...]]]]:
     """Return the graph with sources of the recorded inputs in place of what drives their wires."""
     units = output_units(graph, list(recording.inputs))
-    blocks, wires, rates = dict(graph.blocks), list(graph.wires), dict(graph.rates)
-    buffers = {}
+    blocks, wires, rates, offsets = dict(graph.blocks), list(graph.wires), dict(graph.rates), dict(graph.offsets)
+    flat, buffers = flatten(graph), {}
     times = tuple(recording.times.tolist())
     for number, (signal, values) in enumerate(recording.inputs.items(), 1):
         name = next(n for n in (f"recorded_input_{number}{'x' * k}" for k in range(99)) if n not in graph.blocks)
@@ -101,12 +101,13 @@ def _with_recorded(
             hint = "name the output of a source whose wires are to carry the recording"
             raise graph.placed(Problem(message="no wire begins there", key=signal, hint=hint)).error
         blocks[name] = RecordedSignal(unit=units[signal], interpolated=interpolated)
-        driving = split(signal)[0]
-        if driving in rates:
-            rates[name] = rates[driving]
+        driving = split(inside(graph, signal))[0]
+        for clocks, of_blocks in ((rates, flat.rates), (offsets, flat.offsets)):
+            if driving in of_blocks:
+                clocks[name] = of_blocks[driving]
         wires = [Wire(f"{name}.output", w.target) if w.source == signal else w for w in wires]
         buffers[name] = {"times": times, "values": tuple(values.tolist())}
-    return graph.changed(blocks=blocks, wires=tuple(wires), rates=rates), buffers
+    return graph.changed(blocks=blocks, wires=tuple(wires), rates=rates, offsets=offsets), buffers
 
 
 def _places(times: AnyArray, period: float, rows: int) -> tuple[AnyArray, AnyArray | None]:

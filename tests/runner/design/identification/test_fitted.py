@@ -4,6 +4,7 @@ import math
 import os
 import signal
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -242,6 +243,20 @@ def test_nothing_is_drawn_beyond_the_rows_of_a_slow_output() -> None:
     fitted = fit(graph, data, inputs={"level.output": "in"}, outputs={"slow.output": "out"}, free=["slow.gain"])
     line = np.minimum(times / 0.1, 1.0)  # from 0 to 1, and no further
     assert fitted.estimates[0].value == pytest.approx(float(line.sum() / (line @ line)), rel=1e-6)
+
+
+@pytest.mark.defect("S938", before="a gain of -0.08 for 3: the input was played at other times", after="3")
+def test_a_recording_is_played_by_the_clock_of_its_source() -> None:
+    """The source takes a value each 0.1 s from 0.05 s on, as 200 rows a second tell; before there is none."""
+    blocks = {"level": Constant(value=1.0), "held": Gain(gain=2.0)}
+    graph = Graph(
+        name="s", rate=200, blocks=blocks, wires=["level.output -> held.input"], rates={"level": 10, "held": 200}
+    ).changed(offsets={"level": Fraction(1, 20)})
+    played = np.random.default_rng(3).standard_normal(100)
+    last = 20 * ((np.arange(100) - 10) // 20) + 10
+    data = {"time": np.arange(100) / 200.0, "in": played, "out": 3.0 * np.where(last < 0, 0.0, played[last])}
+    fitted = fit(graph, data, inputs={"level.output": "in"}, outputs={"held.output": "out"}, free=["held.gain"])
+    assert fitted.estimates[0].value == pytest.approx(3.0, rel=1e-9)
 
 
 @pytest.mark.defect("H877", before="5e-9 A was at its lower bound of 0: within 1e-6", after="within 1e-6 of its size")
