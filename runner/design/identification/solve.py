@@ -76,7 +76,7 @@ class UnknownsSolver:
         self.signals = sorted({signal for model in models for signal in model.signals})
         self.noise = {signal: self.spread(signal) for signal in self.signals}
         begin = np.array([unknown.start for unknown in unknowns])
-        self._expected, self._code = 1, dict.fromkeys(self.signals, 0.0)
+        self._expected, self._code, self._rounding = 1, dict.fromkeys(self.signals, 0.0), dict[str, float]()
         at_start = self.raw(begin)
         for number, unknown in enumerate(unknowns):
             if unknown.sizeless:
@@ -84,6 +84,7 @@ class UnknownsSolver:
         self._steps = _FIRST_STEP * self.scales
         self.raw(begin)
         self._code = {signal: self._step_of_codes(signal) for signal in self.signals}
+        self._rounding = {signal: self._rounding_of(signal) for signal in self.signals}
         self._suit_steps(begin)
         self._stop = stop  # from here on Ctrl-C leaves a usable result
 
@@ -298,7 +299,7 @@ class UnknownsSolver:
             if self.loss != "linear":
                 size = 1.4826 * float(np.median(np.abs(values)))
             free = max(len(values) - len(self.unknowns) / len(self.signals), 1.0)
-            least = 1e-9 * self.spread(signal)  # of data without noise
+            least = max(1e-9 * self.spread(signal), self._rounding[signal])  # of data without noise
             left[signal] = max(size * math.sqrt(len(values) / free), least)
         return left
 
@@ -342,3 +343,10 @@ class UnknownsSolver:
         codes = gaps / np.min(gaps)
         few = len(known) < _FEW_CODES * len(rows)
         return float(np.median(gaps)) if few or np.all(np.abs(codes - np.round(codes)) < _WHOLE * codes) else 0.0
+
+    def _rounding_of(self, signal: str) -> float:
+        """Return the rms error of a recording in codes, which may agree with a run to the last one; 0 of others."""
+        code, values = self._code[signal], self.compared(signal)
+        steps = (values - values[0]) / code if code and len(values) else np.full(1, 0.5)
+        whole = np.all(np.abs(steps - np.round(steps)) <= _WHOLE * np.maximum(np.abs(steps), 1.0))
+        return code / math.sqrt(12.0) if whole else 0.0
