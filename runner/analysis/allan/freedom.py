@@ -66,6 +66,5 @@ def _mean(lag: Array, part: float, alpha: int) -> Array:
 def _power(lag: Array, alpha: int) -> Array:
     """Its second integral, but for a factor: |t|^(3 - alpha), with a logarithm if that is even."""
     t = np.abs(lag)
-    logarithm = np.log(np.where(t > 0.0, t, 1.0))
-    powers = {2: -t, 1: t**2 * logarithm, 0: t**3, -1: -(t**4) * logarithm, -2: -(t**5)}
-    return np.asarray(powers[alpha])
+    power = -(t ** (3 - alpha)) if alpha in (2, -1, -2) else t ** (3 - alpha)
+    return np.asarray(power if alpha % 2 == 0 else power * np.log(np.where(t > 0.0, t, 1.0)))

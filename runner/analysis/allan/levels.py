@@ -146,7 +146,7 @@ class _Fit:
             squares = np.full(len(before), square)
             squares[free] = _positive(self.terms[:, free] * weight[:, None], (self.density - fixed_part) * weight)
             model = np.maximum(self.terms @ squares, 1e-12 * self.density)
-            if np.allclose(squares, before, rtol=1e-6, atol=0.0):
+            if np.all(np.abs(squares - before) <= 1e-6 * np.abs(before)):
                 break
         return squares, float(np.sum(self.counts * (np.log(model) + self.density / model)))
 

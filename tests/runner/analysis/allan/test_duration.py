@@ -1,16 +1,22 @@
 """How long to record, against the scatter of many series of that length."""
 
+import functools
 import math
 
 import numpy as np
 import pytest
 
-from proofmass import ModelError, allan
+from proofmass import Allan, ModelError, allan
 from proofmass.runner.analysis.allan.deviations import duration
 from proofmass.runner.analysis.allan.freedom import AllanStatistic
 from tests.by_hand.deviations import deviation_at
 
 RATE = 10.0
+
+
+@functools.cache
+def white(count: int) -> Allan:
+    return allan(np.random.default_rng(1).normal(size=count), rate=RATE)
 
 
 @pytest.mark.exhaustive(but=1)
@@ -29,7 +35,7 @@ def test_series_of_that_length_scatter_so_much(kind: str, factor: int, error: fl
 
 
 def test_a_recording_that_is_long_enough_says_so() -> None:
-    found = allan(np.random.default_rng(1).normal(size=4000), rate=RATE)
+    found = white(4000)
     needed = duration(found, 2.0, 0.1)
     assert needed.present_error is not None
     assert (needed.present_error < 0.1) == (needed.seconds < 400.0)
@@ -38,14 +44,14 @@ def test_a_recording_that_is_long_enough_says_so() -> None:
 
 @pytest.mark.parametrize("tau", [0.01, 1e14, 1e300, math.nan, math.inf])
 def test_what_is_no_averaging_time(tau: float) -> None:
-    found = allan(np.random.default_rng(1).normal(size=400), rate=RATE)
+    found = white(400)
     with pytest.raises(ModelError, match="no averaging time"):
         duration(found, tau, 0.1)
 
 
 @pytest.mark.parametrize(("tau", "error"), [(1.0, 0.0), (1.0, 1.5), (1.0, 1e-9), (2.4e13, 0.1)])
 def test_what_has_no_answer_is_refused(tau: float, error: float) -> None:
-    found = allan(np.random.default_rng(1).normal(size=400), rate=RATE)
+    found = white(400)
     with pytest.raises(ModelError, match=r"no relative error|no recording of up to"):
         duration(found, tau, error)
 
@@ -53,5 +59,5 @@ def test_what_has_no_answer_is_refused(tau: float, error: float) -> None:
 @pytest.mark.parametrize(("tau", "error"), [(1.0, 1e-6), (1e9, 0.1)])
 def test_of_white_noise_the_freedom_is_that_of_its_length(tau: float, error: float) -> None:
     """Averages over m values of white noise, overlapping: an error of 1 / sqrt(2 f), f near 3 / 2 N / m."""
-    found = allan(np.random.default_rng(1).normal(size=4000), rate=RATE)
+    found = white(4000)
     assert duration(found, tau, error).seconds == pytest.approx(0.5 / error**2 * tau / 1.5, rel=0.1)

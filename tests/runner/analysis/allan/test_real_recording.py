@@ -30,6 +30,7 @@ def test_spectrum(name: str) -> None:
     assert own.density == pytest.approx(density, rel=1e-9)
 
 
+@pytest.mark.exhaustive(but=2)
 @pytest.mark.parametrize("name", COLUMNS)
 def test_allan_deviation(name: str) -> None:
     """Half the mean square of what neighbouring means differ by, at every averaging time."""

@@ -1,14 +1,21 @@
 """The table of Allan deviations: each row has all deviations of its averaging time."""
 
+import functools
+
 import numpy as np
 import pytest
 
-from proofmass import allan
+from proofmass import Allan, allan
 from proofmass.runner.analysis.allan.freedom import AllanStatistic
 
 
+@functools.cache
+def deviations(unit: str) -> Allan:
+    return allan(np.random.default_rng(5).standard_normal(300), rate=10.0, unit=unit)
+
+
 def test_a_row_has_the_deviations_of_its_averaging_time() -> None:
-    found = allan(np.random.default_rng(5).standard_normal(300), rate=10.0, unit="V")
+    found = deviations("V")
     lines = str(found).splitlines()
     rows = [line.split() for line in lines[1 + next(i for i, line in enumerate(lines) if "tau [s]" in line) :]]
     every = [(row[0], row[1], row[6]) for row in rows if len(row) > 6]
@@ -22,6 +29,4 @@ def test_a_row_has_the_deviations_of_its_averaging_time() -> None:
 @pytest.mark.defect("C878", before="a column in degC or dB ended in a UnitError", after="deviations in that unit")
 @pytest.mark.parametrize("unit", ["degC", "dB", "furlong"])
 def test_units_that_no_table_has_stay_as_they_are(unit: str) -> None:
-    values = np.random.default_rng(5).standard_normal(300)
-    found, plain = (allan(values, rate=10.0, unit=name) for name in (unit, "V"))
-    assert str(found).replace(unit, "V") == str(plain)
+    assert str(deviations(unit)).replace(unit, "V") == str(deviations("V"))

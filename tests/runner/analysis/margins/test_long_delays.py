@@ -147,6 +147,7 @@ def test_many_states_that_all_count_are_left() -> None:
     assert elimination.eliminated(np.diag(np.linspace(0.1, 0.9, n)), np.ones(n), np.ones(n), 0.0) is None
 
 
+@pytest.mark.exhaustive(but=3)
 @pytest.mark.parametrize("number", range(12))
 def test_many_roots_are_certified_ones(number: int) -> None:
     """Of loops of few states, with poles next to 1 and to each other; each ball holds its root."""

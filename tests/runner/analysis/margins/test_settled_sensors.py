@@ -22,7 +22,7 @@ DRIVE = "drive.loop_filter", "control"
 @pytest.mark.exhaustive(but=1)
 @pytest.mark.parametrize("at_once", [0.0, 0.05], ids=["no gain at the start", "another gain in the next tick"])
 def test_loops_that_settle_are_those_of_the_certified_path(at_once: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    planned, sensors = lot(lagging(at_once), {"gain.gain": 0.1}, 6)
+    planned, sensors = lot(lagging(at_once), {"gain.gain": 0.1}, 3)
     alone = margins_alone(sensors[-1], "auto")
     many = ManyMargins(planned, "auto")
     monkeypatch.setattr(ALONE, None)

@@ -49,7 +49,8 @@ def test_sizes_of_errors_counted_one_by_one(rounding: Rounding, levels: int, off
     """As many steps below 0 as above, and as many even as odd."""
     values = [step + offset + Fraction(n, levels) for step in (-8, -7, 6, 7) for n in range(levels)]
     errors = [NEAREST[rounding](value) - value for value in values]
-    square = sum((error - sum(errors) / len(errors)) ** 2 for error in errors) / len(errors)
+    mean = sum(errors) / len(errors)
+    square = sum((error - mean) ** 2 for error in errors) / len(errors)
     assert size_of(levels, float(offset), rounding) ** 2 == pytest.approx(float(12 * square), abs=1e-9)
 
 
