@@ -61,7 +61,7 @@ def loop(weight: Any, half: int, factor: float = 1.0, at_start: float = 0.0) -> 
     return Graph(name="switched", rate=RATE, blocks=blocks, wires=wires, probes=["integrator.output"])
 
 
-@pytest.mark.exhaustive("150-auto-chopper", "150-auto-pulse", "4-0 s-chopper")
+@pytest.mark.exhaustive("150-auto-chopper", "150-auto-pulse", "4-0 s-chopper", "10-1 ms-chopper", "2-1 ms-pulse")
 @pytest.mark.defect("S23", before="a gain margin of 7.7 or 14.3", after="11.0, over the periods of the switch")
 @pytest.mark.parametrize("weight", [chopper, pulse])
 @pytest.mark.parametrize(("half", "at"), [(2, "1 ms"), (4, "0 s"), (10, "1 ms"), (150, "auto")])
@@ -122,6 +122,7 @@ def test_a_switch_outside_of_a_loop_changes_nothing() -> None:
 
 
 @pytest.mark.defect("S24", before="1.69 or 0.49, as the switch stands", after="1.09, over its turn")
+@pytest.mark.exhaustive("2-pulse", "100-chopper")
 @pytest.mark.parametrize("weight", [chopper, pulse])
 @pytest.mark.parametrize("half", [2, 100])
 def test_noise_behind_a_switch_is_the_mean_of_its_states(weight: Any, half: int) -> None:

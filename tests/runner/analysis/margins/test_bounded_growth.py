@@ -11,6 +11,7 @@ import pytest
 from proofmass import Graph, margins, simulate
 from proofmass.blocks import Constant, Delay, DiscreteIntegrator, Gain, Saturation, Sum
 from proofmass.blocks.declaration.declare import Block
+from tests.by_hand.amounts import chosen
 
 EDGE = 2.0 * math.sin(math.pi / 10.0)
 
@@ -42,7 +43,7 @@ def bounded(gain: float) -> Graph:
     before="stable, with margins about the oscillation between the limits",
     after="unstable, by the pole of the start",
 )
-@pytest.mark.parametrize("part", [1.1, 1.5, 3.0])
+@pytest.mark.parametrize("part", chosen([1.1, 3.0], [1.5]))
 def test_an_oscillation_between_limits_does_not_make_a_loop_stable(part: float) -> None:
     graph = bounded(part * EDGE)
     swing = simulate(graph, engine="python")["limit.output"].values[-200:]

@@ -1,5 +1,6 @@
 """Pictures of loops: what is drawn is what was computed, with names on all axes."""
 
+import functools
 import math
 from itertools import pairwise
 
@@ -13,6 +14,7 @@ from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.linearise import linearise
+from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.plot import plot_margins, plot_sensitivities
 from proofmass.runner.analysis.margins.sensitivity import Effect, Sensitivity
 from proofmass.runner.analysis.margins.stability import margins
@@ -39,8 +41,13 @@ def slow_loop(gain: float) -> Graph:
 GRAPH = read_graph(library_file("closed_loop_accelerometer.toml"))
 
 
+@functools.cache
+def of_accelerometer() -> Margins:
+    return margins(GRAPH)
+
+
 def test_the_step_response_is_that_of_the_closed_loop() -> None:
-    times, found = step_response(margins(GRAPH))
+    times, found = step_response(of_accelerometer())
     closed = control.feedback(linearise(GRAPH, loop="main"), 1)
     _, expected = control.step_response(closed, times)
     assert len(found) > 1000
@@ -79,7 +86,7 @@ def test_an_unstable_step_is_drawn_for_six_of_its_time_constants() -> None:
 
 @pytest.mark.friendly(30, "Bode, Nyquist and step with names")
 def test_four_panels_with_names() -> None:
-    figure = plot_margins(margins(GRAPH))
+    figure = plot_margins(of_accelerometer())
     names = {axes.get_ylabel(): axes.get_xlabel() for axes in figure.axes}
     assert names == {
         "|L| [dB]": "frequency [Hz]",
@@ -89,7 +96,7 @@ def test_four_panels_with_names() -> None:
     }
     magnitude = figure.axes[0].lines[0]
     w = 2.0 * np.pi * np.asarray(magnitude.get_xdata())
-    expected = 20.0 * np.log10(np.abs(margins(GRAPH).system.response(w)))
+    expected = 20.0 * np.log10(np.abs(of_accelerometer().system.response(w)))
     assert np.asarray(magnitude.get_ydata()) == pytest.approx(expected)
     title = figure.get_suptitle()
     assert title == "main: gain margin 31.57 dB, phase margin 90.9°, delay margin 766.8 µs"
@@ -136,7 +143,7 @@ def test_a_phase_of_one_or_two_integrators_is_seen_between_both(poles: int) -> N
 
 
 def test_the_disk_of_a_nyquist_diagram_touches_the_curve_and_does_not_cut_it() -> None:
-    (panel,) = (axes for axes in plot_margins(margins(GRAPH)).axes if axes.get_ylabel() == "imaginary part of L")
+    (panel,) = (axes for axes in plot_margins(of_accelerometer()).axes if axes.get_ylabel() == "imaginary part of L")
     of = {str(line.get_label()).partition(" margin ")[0]: line.get_xydata() for line in panel.lines}
     disk, curve = (np.asarray(of[name]) @ [1.0, 1j] for name in ("disk", "negative frequencies"))
     middle, radius = 0.5 * (disk.real.min() + disk.real.max()), 0.5 * np.ptp(disk.real)

@@ -78,7 +78,7 @@ def begun(eighths: int) -> Any:
     return GRAPH.with_parameters({"carrier.initial_phase": 0.25 * math.pi * eighths})
 
 
-@pytest.mark.parametrize("eighths", chosen([0, 5], [1, 4, 7]))
+@pytest.mark.parametrize("eighths", chosen([5], [0, 1, 4, 7]))
 def test_the_range_is_that_of_the_closed_form_wherever_the_run_begins(eighths: int) -> None:
     """The error moves the phase by 4e-5 of a turn at most: 0.002 Hz while it is one, for 1 / g = 20 ms."""
     found: Any = margins(begun(eighths), at="settled")

@@ -76,6 +76,7 @@ def told_and_off(rate: float, quality: float, values: int = 1) -> tuple[float, f
 
 
 @pytest.mark.defect("H887", before="a critical factor 0.8 % off, with five digits", after="known to 4 % only")
+@pytest.mark.exhaustive("300000.0", "100000.0-1000000000.0", "30000000.0")
 @pytest.mark.parametrize(
     ("rate", "quality", "values"), [(1e6, 1e9, 1), (3e5, 1e9, 1), (1e5, 1e9, 1), (1e6, 3e7, 1), (1e5, 1e7, 2)]
 )

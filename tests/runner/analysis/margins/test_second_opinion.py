@@ -53,7 +53,7 @@ def test_it_can_disagree() -> None:
 
 
 def test_unstable_loops_have_a_verdict_alone_and_several_values_no_opinion() -> None:
-    opinion = second_opinion(margins(read_graph_text(INTEGRATING.replace("gain = 100.0 ", "gain = 1001.0 "))))
+    opinion = second_opinion(margins(read_graph_text(INTEGRATING.replace("gain = 100.0 ", "gain = 2000.0 "))))
     assert str(opinion) == "python-control agrees on main: unstable"
     assert second_opinion(margins(lifted(2))).reason == "a period holds 2 values of the wire"
 

@@ -19,7 +19,7 @@ from proofmass.runner.analysis.noise.validity import dithers
 from proofmass.runner.planning.plan import plan
 
 
-@pytest.mark.exhaustive("magnetic_encoder")
+@pytest.mark.exhaustive("magnetic_encoder", "recorded_motion")
 @pytest.mark.parametrize(
     ("name", "output"),
     [("recorded_motion", "mean.mean"), ("closed_loop_accelerometer", "dac.code"), ("magnetic_encoder", "cordic.angle")],

@@ -92,6 +92,7 @@ def test_the_error_of_a_gain_is_there_however_large_the_noise() -> None:
 
 
 @pytest.mark.defect("S804", before="chains 4 and 13 are a factor of 5 and 7 off without a note", after="a note")
+@pytest.mark.exhaustive("13-True", "19-False")
 @pytest.mark.parametrize(("number", "told"), [(3, False), (4, True), (13, True), (19, False)])
 def test_the_spread_of_a_value_tells_what_is_in_doubt(number: int, told: bool) -> None:
     found = deviation_over_runs(fixed_chain(number), OUTPUT, until=0.05)

@@ -95,7 +95,7 @@ def test_noise_that_a_bit_turns_keeps_its_rms() -> None:
     graph = crossed(0.7, 0.0)
     blocks = {**graph.blocks, "carrier": Constant(value=0.4), "turned": Product()}
     wires = [*graph.wires, "bit.sign -> turned.first", "beside.output -> turned.second"]
-    budget = noise(dataclasses.replace(graph, blocks=blocks, wires=wires), "turned.output")
+    budget = noise(dataclasses.replace(graph, blocks=blocks, wires=wires, samples=10_000), "turned.output")
     assert budget.rms == pytest.approx(0.3, rel=1e-9)
 
 
@@ -115,7 +115,7 @@ def test_truth_values_that_noise_decides_are_named() -> None:
     blocks = {"counter": FrequencyCounter(gate="0.1 s"), "turns": Gain(input_unit="Hz"), "sum_of_both": Sum()}
     wires = [*graph.wires, "bit.on -> counter.signal", "counter.frequency -> turns.input"]
     wires += ["turns.output -> sum_of_both.first", "beside.output -> sum_of_both.second"]
-    graph = dataclasses.replace(graph, blocks={**graph.blocks, **blocks}, wires=wires)
+    graph = dataclasses.replace(graph, blocks={**graph.blocks, **blocks}, wires=wires, samples=10_000)
     with pytest.raises(ModelError, match=r"noise reaches counter\.frequency by truth values alone") as caught:
         noise(graph, "counter.frequency")
     assert caught.value.problems[0].got == "bit.on"

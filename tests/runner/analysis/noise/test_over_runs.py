@@ -146,6 +146,7 @@ def test_a_time_before_the_first_value() -> None:
 
 
 @pytest.mark.defect("S604", before="the value of 0 s, at 0.999 s", after="the value of the last tick up to that time")
+@pytest.mark.exhaustive("0.0-0.0", "1.7-1.0")
 @pytest.mark.parametrize(("until", "at"), [(0.0, 0.0), (0.999, 0.0), (1.0, 1.0), (1.7, 1.0), (2.0, 2.0)])
 def test_a_slow_output_has_the_value_of_its_last_tick(until: float, at: float) -> None:
     slow = deviation_over_runs(read_graph_text(LATE), "slow.output", until=until)

@@ -35,6 +35,7 @@ def told_and_off(rate: float, quality: float) -> tuple[list[str], float]:
 
 
 @pytest.mark.defect("H889", before="a peak 0.15 % off, with five digits", after="known to 0.2 % only")
+@pytest.mark.exhaustive("100000000.0")
 @pytest.mark.parametrize(("rate", "quality"), [(1e5, 1e7), (1e5, 1e8), (1e5, 1e9)])
 def test_a_peak_is_as_well_known_as_is_told(rate: float, quality: float) -> None:
     (note,), off = told_and_off(rate, quality)
