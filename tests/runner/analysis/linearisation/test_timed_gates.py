@@ -93,7 +93,7 @@ def largest_gain(half: int) -> float:
     return low
 
 
-@pytest.mark.exhaustive("40")
+@pytest.mark.exhaustive("10")
 @pytest.mark.defect("S814", before="a limit of 266.7, that of no chopper", after="245 and 261, that of a turn")
 @pytest.mark.parametrize("half", [10, 40])
 def test_choppers_of_ones_own_about_a_delay(half: int) -> None:

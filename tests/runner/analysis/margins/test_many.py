@@ -187,15 +187,14 @@ def test_threads_share_what_follows_the_time_alone() -> None:
         loops={"main": {"open_at": "gain.output"}},
     )
     planned = plan(graph)
-    sensors = [varied(planned, changed_blocks(planned.blocks, {"error.unit": "1"})) for _ in range(6)]
+    sensors = [varied(planned, changed_blocks(planned.blocks, {"error.unit": "1"})) for _ in range(4)]
     alone = [margins_alone(sensor, "0 s") for sensor in sensors]
-    for _ in range(2):
-        shared = Course(planned)
-        with ThreadPoolExecutor(6) as pool:
-            assert list(pool.map(lambda sensor, like=shared: margins_alone(sensor, "0 s", like), sensors)) == alone
+    shared = Course(planned)
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(lambda sensor: margins_alone(sensor, "0 s", shared), sensors)) == alone
 
 
-@pytest.mark.parametrize("number", chosen([6, 13], [n for n in range(20) if n not in (6, 13)]))
+@pytest.mark.parametrize("number", chosen([13], [n for n in range(20) if n != 13]))
 def test_random_loops_of_a_spread_gain(number: int) -> None:
     graph, _ = sampled_loop(number)
     planned, sensors = lot(graph, {"gain.gain": 0.3}, 4)

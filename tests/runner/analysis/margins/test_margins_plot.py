@@ -20,6 +20,7 @@ from proofmass.runner.analysis.margins.sensitivity import Effect, Sensitivity
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.analysis.margins.step import shown_step, step_response
 from tests.runner.analysis.linearisation.test_analog_loop import servo
+from tests.runner.analysis.margins.test_margins import lifted
 
 
 def slow_loop(gain: float) -> Graph:
@@ -167,7 +168,7 @@ def test_margins_are_distances_also_of_a_loop_with_several_values_of_its_wire() 
 
 
 def test_an_unstable_loop_is_drawn_and_says_so() -> None:
-    figure = plot_margins(margins(GRAPH.with_parameters({"pickoff.gain": 8e5})))
+    figure = plot_margins(margins(lifted(1).with_parameters({"controller.numerator": [30.0, -25.0]})))
     assert figure.get_suptitle() == "main: unstable"
     left, _ = figure.axes[1].get_xlim()
     curve = figure.axes[1].lines[0].get_xydata()

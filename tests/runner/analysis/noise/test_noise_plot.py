@@ -16,7 +16,7 @@ GRAPH = read_graph(library_file("recorded_motion.toml"))
 
 
 @functools.cache
-def budget(gas: str = "") -> NoiseBudget:
+def budget(gas: str) -> NoiseBudget:
     """The budget of the library's recording, and with another noise of the gas."""
     graph = GRAPH.with_parameters({"gas.density": gas}) if gas else GRAPH
     return noise(graph, "mean.mean", input="motion.output")
@@ -48,7 +48,7 @@ def test_lines_end_at_a_part_of_the_largest_amplitude(size: float) -> None:
     """At 1e-8 of it, whatever the unit: six of eleven amplitudes, each 10^-1.5 of the one before."""
     falling = size * 10.0 ** -(3.0 * np.arange(11.0))
     lines = 10.0 ** np.arange(-9.0, 2.0)
-    left, *_ = plot_noise(replace(budget(), input="", frequencies=lines, density=falling, sources=())).axes
+    left, *_ = plot_noise(replace(budget(""), input="", frequencies=lines, density=falling, sources=())).axes
     (every,) = [line for line in left.lines if line.get_label() == "all"]
     drawn = np.asarray(every.get_ydata(), dtype=float)
     assert drawn / drawn[0] == pytest.approx(10.0 ** -(1.5 * np.arange(6.0)), rel=1e-9)

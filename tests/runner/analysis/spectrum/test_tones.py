@@ -19,6 +19,7 @@ def sine(cycles: float, size: float = 1.0) -> np.ndarray:  # type: ignore[type-a
     return size * np.sin(2.0 * np.pi * cycles * np.arange(VALUES) / VALUES + 0.1)
 
 
+@pytest.mark.exhaustive(but=5)
 @pytest.mark.parametrize("bits", [4, 8, 12, 16, 20])
 @pytest.mark.parametrize("cycles", [12345, 12345.3, 4567.9])
 def test_an_ideal_converter_has_its_bits(bits: int, cycles: float) -> None:
@@ -42,6 +43,7 @@ def test_a_tone_between_lines_is_told_without_a_window() -> None:
     assert found.cycles == pytest.approx(12345.3, abs=0.01)
 
 
+@pytest.mark.exhaustive(but=12)
 @pytest.mark.defect("S863", before="0.012 lines away through a Hann window, to nine digits", after="where it is")
 @pytest.mark.parametrize("cycles", [12345.0, 12345.2, 12345.5, 12345.9, 1000.4])
 @pytest.mark.parametrize("window", WINDOWS)
