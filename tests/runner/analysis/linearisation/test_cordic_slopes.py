@@ -53,6 +53,7 @@ def slope_of(block: Block, word: Fixed, output: str, result: Fixed, **more: Bloc
     return math.sqrt(source.density[0]) / DENSITY - 1.0
 
 
+@pytest.mark.exhaustive("sine-0")
 @pytest.mark.defect(
     "S697",
     before="no noise reaches what a CORDIC block finds: margins, responses and budgets take its slope for 0",

@@ -317,10 +317,8 @@ def detuned() -> Iterator[tuple[str, Graph]]:
     yield "no drive", with_parameters(free, {"drive.amplitude": 0.0, "feedback.gain": 0.0})
 
 
-@pytest.mark.parametrize(
-    ("name", "graph"),
-    [pytest.param(*one, marks=[pytest.mark.exhaustive] if one[0] == "no drive" else []) for one in detuned()],
-)
+@pytest.mark.exhaustive
+@pytest.mark.parametrize(("name", "graph"), [*detuned()])
 def test_where_there_is_none_it_is_said(name: str, graph: Graph) -> None:
     with pytest.raises(ModelError, match="no periodic operating point") as told:
         periodic_point(Course(plan(graph)))

@@ -139,7 +139,7 @@ def test_the_response_of_a_gate_right_behind_a_source_at_rest(source: Block, len
 @pytest.mark.defect(
     "S818", before="1, what passes in the first tick: later than 18 ticks nothing was compared", after="0"
 )
-@pytest.mark.parametrize("ticks", [1, 17, 18, 40])
+@pytest.mark.parametrize("ticks", chosen([18, 40], [1, 17]))
 def test_the_response_of_a_chopper_and_a_delay(ticks: int) -> None:
     """A sign that turns every three ticks leaves nothing of the input at its own frequency."""
     blocks = {"x": Constant(value=1.0), "sign": TurnedSign(half=3), "late": Delay(ticks=ticks)}

@@ -43,7 +43,7 @@ def bounded(gain: float) -> Graph:
     before="stable, with margins about the oscillation between the limits",
     after="unstable, by the pole of the start",
 )
-@pytest.mark.parametrize("part", chosen([1.1, 3.0], [1.5]))
+@pytest.mark.parametrize("part", chosen([3.0], [1.1, 1.5]))
 def test_an_oscillation_between_limits_does_not_make_a_loop_stable(part: float) -> None:
     graph = bounded(part * EDGE)
     swing = simulate(graph, engine="python")["limit.output"].values[-200:]

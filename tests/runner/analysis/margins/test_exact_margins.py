@@ -322,7 +322,7 @@ def test_an_unstable_loop_has_crossovers_and_gains_that_would_make_it_stable() -
     assert found.distance == pytest.approx(0.5, rel=1e-12)  # at half the rate: 1 - 3/2
 
 
-@pytest.mark.parametrize("numbers", chosen([(7, 8, 10, 13, 28, 44)], [range(300)]), ids=len)
+@pytest.mark.parametrize("numbers", chosen([(7, 13, 28, 44)], [range(300)]), ids=len)
 def test_random_loops_against_mpmath(numbers: Sequence[int]) -> None:
     """Orders to 12, Q to 1e9, crossovers from 1e-9 of the rate to half of it, hidden modes, two and three rates."""
     told = {"stable": 0, "unstable": 0, "marginal": 0}

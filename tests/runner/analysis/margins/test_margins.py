@@ -148,7 +148,7 @@ def margins_by_hand(system: Any) -> tuple[float, float]:
     return min((f for f in factors if f > 1.0), default=math.inf), min(phases)
 
 
-@pytest.mark.parametrize("numbers", chosen([(5, 10, 13, 14, 15, 18)], [range(200)]), ids=len)
+@pytest.mark.parametrize("numbers", chosen([(5, 10, 14, 18)], [range(200)]), ids=len)
 def test_random_loops(numbers: Sequence[int]) -> None:
     seen = {"stable": 0, "two rates": 0, "delays": 0, "margins": 0, "unstable": 0}
     for number in numbers:

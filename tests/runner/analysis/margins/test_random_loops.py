@@ -135,9 +135,10 @@ def amounts(of: Figures | Truth) -> dict[str, float]:
     return {name: math.inf if (value := getattr(of, name)) is None else value for name in _NAMES}
 
 
-@pytest.mark.exhaustive(but=2)
+@pytest.mark.exhaustive(but=1)
 @pytest.mark.exhaustive(
     "analog_loop-40",
+    "analog_loop-45",
     "sampled_loop-45",
     "ringed_loop-0",
     "ringed_loop-5",

@@ -18,7 +18,7 @@ from proofmass.blocks import (
 )
 from proofmass.runner.analysis.noise.along_run import _lines
 
-RATE, FREQUENCY, GAIN, COUNT, RUNS = 1000.0, 7.3890561, 40.0, 1001, 250
+RATE, FREQUENCY, GAIN, COUNT, RUNS = 1000.0, 7.3890561, 40.0, 501, 250
 LENGTH = COUNT // 4 * 2  # values in the window
 
 

@@ -113,6 +113,7 @@ def test_bits_that_are_not_dropped_make_no_noise() -> None:
     assert {source.block for source in found.sources if source.rms > 0.0} == {"white", "quantiser"}
 
 
+@pytest.mark.exhaustive("-3")
 @pytest.mark.parametrize("bits", [1, 3])
 @pytest.mark.parametrize("rounding", get_args(Rounding))
 def test_errors_of_all_rules_of_rounding(rounding: Rounding, bits: int) -> None:

@@ -188,6 +188,7 @@ def test_a_converter_of_words_has_their_levels(converter: Block) -> None:
 
 
 @pytest.mark.defect("S809", before="a bound of 5.0105 V is proved, where a run has 5.0146 V", after="no proof")
+@pytest.mark.exhaustive("0.37")
 @pytest.mark.parametrize(("gain", "verdict"), [(0.5, "open"), (0.37, "proved"), (1.0, "proved")])
 def test_a_proof_needs_errors_that_are_no_larger_than_uniform(gain: float, verdict: str) -> None:
     (found,) = prove(converters(gain), tolerances={"noise.density": "0.001 %"}, noise={"end.output": ""}).proofs

@@ -2,6 +2,7 @@
 
 What wanders is compared by its increments, and what has one value a run by `deviation_over_runs`: the rows are those of
 `python -m benchmarks.noise_budgets`. Roundings that noise does not move are alike in all runs; budgets note them.
+Samples are in `test_spectra_of_runs` and `test_over_runs`.
 """
 
 from pathlib import Path
@@ -12,7 +13,6 @@ from benchmarks.noise_budgets import Compared, compared
 from benchmarks.noise_comparison import noisy_graphs
 from tests.by_hand.graph_texts import ALONE
 
-QUICK = "gyroscope_noise"
 LITTLE = 1e-3  # part of a mean square that roundings which noise does not move may have
 LEFT_OUT = {
     ("chamber_accelerometer", "deviation.output"): "its average has one value in four hours, as long as the run",
@@ -28,7 +28,7 @@ def counts(graph: str, line: Compared) -> bool:
     return line.row is None or sum(source.share for source in line.row.budget.sources if source.doubtful) < LITTLE
 
 
-@pytest.mark.exhaustive(*[path.stem for path in ALONE if path.stem != QUICK])
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
 def test_mean_squares_of_many_runs(path: Path) -> None:
     for _, _, outputs in noisy_graphs([path.stem]):

@@ -13,6 +13,7 @@ import scipy.signal
 
 from proofmass import Graph, simulate, spectrum, tones
 from proofmass.blocks import SigmaDeltaModulator, Sine
+from tests.by_hand.amounts import chosen
 
 SAMPLES, RATE, CYCLES, RATIO = 1 << 16, 65_536.0, 37, 64
 AMPLITUDE = {2: 0.5, 3: 0.4}
@@ -47,7 +48,7 @@ def snr(values: Array) -> float:
 
 
 @pytest.mark.defect("S25", before="shaped noise 0.7 dB too large", after="that of the neighbours of tones")
-@pytest.mark.parametrize("order", [2, 3])
+@pytest.mark.parametrize("order", chosen([3], [2]))
 def test_bits_and_snr(order: int) -> None:
     blocks = {
         "tone": Sine(amplitude=AMPLITUDE[order], frequency=CYCLES * RATE / SAMPLES, unit="V"),

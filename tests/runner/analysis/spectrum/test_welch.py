@@ -21,6 +21,7 @@ def test_windows_are_those_of_scipy(name: str, length: int) -> None:
     assert window(name, length) == pytest.approx(scipy.signal.get_window(SCIPY.get(name, name), length), abs=1e-15)
 
 
+@pytest.mark.exhaustive(but=9)
 @pytest.mark.parametrize("name", sorted(WINDOWS))
 @pytest.mark.parametrize("segment", [256, 255, 254, 3001])
 def test_densities_are_those_of_scipy(name: str, segment: int) -> None:
