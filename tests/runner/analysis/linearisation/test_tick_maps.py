@@ -91,6 +91,21 @@ def test_growth_beyond_all_numbers_and_back_is_exact(ends: float) -> None:
     assert maps.growths(factors[:3]) == pytest.approx(np.log(ends + 0.125 * factors[:3]), abs=1e-10)
 
 
+@pytest.mark.defect("S949", before="less than all numbers is taken for more: unstable", after="nothing is left")
+@pytest.mark.parametrize("count", [1, 20])
+def test_what_shrinks_below_all_numbers_is_gone(count: int) -> None:
+    """1e-40 a value is 1e-320 after eight, which has no inverse."""
+    nothing = np.zeros((16, 1))
+    maps = TickMaps(np.full((16, 1, 1), 1e-40), nothing, nothing, np.zeros(16), {STATES[0]: 0})
+    assert (maps.growths(np.ones(count)) <= 16 * math.log(1e-40)).all()
+
+
+def test_a_wire_without_states_forgets_at_once() -> None:
+    nothing = np.zeros((5, 0))
+    maps = TickMaps(np.zeros((5, 0, 0)), nothing, nothing, np.zeros(5), {})
+    assert maps.growths(np.ones(20)).tolist() == [-math.inf] * 20
+
+
 @pytest.mark.exhaustive("0.5-12", "0.5-33")
 @pytest.mark.parametrize("ticks", [1, 2, 5, 12, 33])
 @pytest.mark.parametrize("offset", [0.5, 1.0])

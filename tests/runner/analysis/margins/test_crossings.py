@@ -18,7 +18,7 @@ def axis_of(above: list[int], below: list[int], sampled: bool = True) -> Certifi
 
 
 @pytest.mark.exhaustive("True")
-@pytest.mark.parametrize("count", amounts(8, 40))
+@pytest.mark.parametrize("count", amounts(20, 40))
 @pytest.mark.parametrize("sampled", [False, True])
 def test_random_loops(sampled: bool, count: int) -> None:
     for loop in random_loops(sampled, count):

@@ -21,7 +21,7 @@ def axis_of(above: list[int], below: list[int]) -> SweptAxis:
     )
 
 
-@pytest.mark.parametrize("count", amounts(5, 40))
+@pytest.mark.parametrize("count", amounts(10, 40))
 def test_random_loops(count: int) -> None:
     for loop in random_loops(True, count):
         compared(axis_of(loop.above, loop.below), loop, rel=1e-7)
