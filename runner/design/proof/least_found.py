@@ -1,8 +1,9 @@
 """The worst among some sensors of a box: how far a proved bound may be from the truth at most."""
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from proofmass.runner.planning.plan import plan
 
 _AROUND = 8  # places of a turn that are looked at
 _ROUNDING = 1e-9  # part of an rms, of which a nearly neutral mode is summed over a long time
+_KEPT = 64  # margins of sensors: claims about a loop ask for the same ones again
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,16 @@ class Sensors:
             return linearised(planned, tick)
         return self.rest.linearised(planned, self._places(parameters or {}))
 
+    @cached_property
+    def margins(self) -> Callable[[str, str, tuple[tuple[str, float], ...]], Margins]:
+        """The margins of a loop of this name and wire by the parameters of a sensor; raises `ModelError`."""
+        return lru_cache(_KEPT)(self._margins)
+
+    def _margins(self, loop: str, open_at: str, parameters: tuple[tuple[str, float], ...]) -> Margins:
+        known = dict(parameters)
+        about = self.about(self.plan(known), parameters=known)
+        return margins_of(about.loop(node_of(about.plan, open_at)), loop, open_at)
+
     @property
     def turns(self) -> set[str]:
         """The names of places that are whole turns, whose ends are one."""
@@ -74,8 +86,7 @@ class Sensors:
 
 def margins_there(sensors: Sensors, claim: Claim, parameters: Mapping[str, float]) -> Margins:
     """Return the margins of a sensor by the exact polynomials of its loop; raises `ModelError`."""
-    about = sensors.about(sensors.plan(parameters), parameters=parameters)
-    return margins_of(about.loop(node_of(about.plan, claim.open_at)), claim.loop, claim.open_at)
+    return sensors.margins(claim.loop, claim.open_at, tuple(parameters.items()))
 
 
 def value_there(sensors: Sensors, claim: Claim, parameters: Mapping[str, float]) -> float:
