@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 from math import ceil, floor
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,7 @@ from tests.runner.verification.test_certificates import forged
 TIMES = 60  # periods of the partial sums
 
 
+@cache
 def section(a1: int, a2: int, bits: int, rounding: str = "", most: int = 1) -> Proofs:
     graph = replace(Section(64, a1, a2, 6, 7, "half_up"), bits=bits).graph()
     return prove(

@@ -33,13 +33,13 @@ def study_of(width: float) -> Study:
 
 @pytest.fixture(scope="module")
 def proof() -> str:
-    return certificate(prove(study_of(10.0), gain_margin="19 dB", phase_margin="80 deg"))
+    return certificate(prove(study_of(10.0), gain_margin="18 dB", phase_margin="80 deg"))
 
 
 def test_bounds_are_those_of_the_certificate_and_say_what_goes_beyond_them(proof: str) -> None:
     bounds = proved_bounds(proof, study_of(5.0), MEASURES)
-    assert [(one.measure, one.limit) for one in bounds] == list(zip(MEASURES, (1.0, 19.0, 80.0), strict=True))
-    assert bounds[1].claim == "main: gain margin of at least 19 dB"
+    assert [(one.measure, one.limit) for one in bounds] == list(zip(MEASURES, (1.0, 18.0, 80.0), strict=True))
+    assert bounds[1].claim == "main: gain margin of at least 18 dB"
     assert bounds[1].box == "controller.gain from 90 to 110"
     assert {one.beyond for one in bounds} == {()}
     assert {one.beyond for one in proved_bounds(proof, study_of(10.0), MEASURES)} == {()}
@@ -80,7 +80,7 @@ def test_certificates_of_other_graphs_and_forged_ones_are_refused(proof: str) ->
     with pytest.raises(ModelError, match="is that of another graph"):
         proved_bounds(proof, other, MEASURES)
     with pytest.raises(ModelError, match="was changed"):
-        proved_bounds(proof.replace("19.0", "19.5"), study_of(5.0), MEASURES)
+        proved_bounds(proof.replace("18.0", "18.5"), study_of(5.0), MEASURES)
 
 
 def test_a_histogram_has_a_line_and_a_table_the_least_of_the_runs(proof: str) -> None:
@@ -88,7 +88,7 @@ def test_a_histogram_has_a_line_and_a_table_the_least_of_the_runs(proof: str) ->
     (measure,) = [one for one in result.measures if one.name == "main.gain_margin"]
     least = float(result["main.gain_margin"].min())
     page = proved_section(result, proved_bounds(proof, result.study, MEASURES))
-    assert "main: gain margin of at least 19 dB" in page
+    assert "main: gain margin of at least 18 dB" in page
     assert f"{least:.4g} dB" in page
     assert "lies within" in page
     panel = plot_distribution(result, measure, [least - 0.1]).axes[0]
@@ -107,7 +107,7 @@ def test_the_report_of_a_study_shows_what_is_proved(
     assert main(["montecarlo", "study.toml", "--out", "lot", "--no-report", "--quiet", "--engine", "python"]) == 0
     assert main(["report", "lot", "--proof", "proof.json"]) == 0
     page = Path("lot/report.html").read_text(encoding="utf-8")
-    assert "main: gain margin of at least 19 dB" in page
+    assert "main: gain margin of at least 18 dB" in page
     assert "lies within" in page
     Path("proof.json").write_text("{}", encoding="utf-8")
     capsys.readouterr()

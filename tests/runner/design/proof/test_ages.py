@@ -59,7 +59,7 @@ def test_a_gain_that_grows_by_half_each_year_is_unstable_after_eighteen(years: i
     """z^2 - z + K T has its poles on the unit circle at K T = 1, ten times the gain of the new sensor."""
     drift = '[study.drift]\n"controller.gain" = { ramp = "50 %/year", relative = true }\n'
     text = f'{INTEGRATING}{STUDY}{drift}[study.epochs]\nages = ["0 h", "{years} year"]\n'
-    found = prove(read_study_text(text), gain_margin="0.1 dB")
+    found = prove(read_study_text(text), gain_margin="30 dB", phase_margin="89 deg")  # which it has not when new
     assert found.proofs[0].status == status
     assert found.left_out == {}
     assert f"controller.gain from 100 to {100 + 50 * years}, at all ages" in proofs_text(found)
@@ -69,7 +69,7 @@ def test_a_gain_that_grows_by_half_each_year_is_unstable_after_eighteen(years: i
 def test_a_parameter_that_is_swept_and_spread_has_both() -> None:
     spread = '"controller.gain" = { uniform = 0.1, relative = true }'
     both = f'sweep = {{ "controller.gain" = [100.0, 200.0] }}\n[study.spread]\n{spread}\n'
-    found = prove(read_study_text(INTEGRATING + STUDY + both), gain_margin="13 dB")
+    found = prove(read_study_text(INTEGRATING + STUDY + both), gain_margin="12.5 dB")
     assert [(r.written, r.low, r.high) for r in found.ranges] == [("controller.gain", 90.0, pytest.approx(220.0))]
     assert found.proved  # 1 / K T is 13.15 dB at 220
     assert not prove(read_study_text(INTEGRATING + STUDY + both), gain_margin="13.2 dB").proved

@@ -89,6 +89,7 @@ def outputs_hold(kind: type[Block], part: float, sensors: int, follow: bool = Fa
     return seen
 
 
+@pytest.mark.exhaustive("ModeCoupledGyroscope", "EllipticBand")  # of many parameters
 @pytest.mark.parametrize(
     "kind", chosen(SAMPLE, [kind for kind in KINDS if kind not in SAMPLE]), ids=lambda kind: kind.__name__
 )

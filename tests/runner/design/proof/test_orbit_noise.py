@@ -14,7 +14,7 @@ from proofmass.runner.design.proof.prove import Proofs, prove
 from proofmass.runner.design.proof.text import proofs_text
 from proofmass.runner.verification.certificates import certificate
 from proofmass.runner.verification.proof_checker import FalseCertificateError, check_certificate
-from tests.by_hand.amounts import chosen
+from tests.by_hand.amounts import amounts, chosen
 from tests.by_hand.orbiting_loops import (
     DEMODULATED,
     SIGMA,
@@ -55,10 +55,11 @@ def test_a_limit_is_proved_up_to_the_closed_form(proved: Proofs) -> None:
     assert "noise GRAPH --output plant.output" in proofs_text(broken)
 
 
-def test_noise_finds_no_sensor_above_what_is_proved(proved: Proofs) -> None:
+@pytest.mark.parametrize("others", amounts(0, 4))
+def test_noise_finds_no_sensor_above_what_is_proved(proved: Proofs, others: int) -> None:
     """It is the mean over the orbit of the variance that both speak of."""
     rng, limit = random.Random(1), proved.proofs[0].claim.limit
-    for level, gain in [*CORNERS, *((rng.uniform(0.95, 1.05), rng.uniform(95.0, 105.0)) for _ in range(4))]:
+    for level, gain in [*CORNERS, *((rng.uniform(0.95, 1.05), rng.uniform(95.0, 105.0)) for _ in range(others))]:
         sensor = LOOP.with_parameters({"level.value": level, "gain.gain": gain})
         rms = noise(sensor, "plant.output", at="periodic").rms
         assert rms == pytest.approx(demodulated_rms(level, gain), rel=1e-9)

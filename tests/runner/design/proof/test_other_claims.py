@@ -20,7 +20,7 @@ from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.design.proof.attempt import KnownProofs, known_proofs
 from proofmass.runner.design.proof.contraction import Norm
-from proofmass.runner.design.proof.prove import Proofs, prove
+from proofmass.runner.design.proof.prove import Proofs, prove, prove_margin
 from proofmass.runner.verification.certificates import certificate, graph_digest
 from proofmass.runner.verification.proof_checker import FalseCertificateError, check_certificate
 from tests.by_hand.amounts import amounts
@@ -68,7 +68,7 @@ def test_a_limit_may_be_a_number_where_it_has_no_unit() -> None:
 
 @pytest.mark.defect("S790", before="a disk 0.01 % beyond the least there is: open", after="refuted")
 def test_a_disk_a_little_beyond_its_closed_form_is_refuted() -> None:
-    (*_, disk) = prove(GRAPH, tolerances=WITHIN, disk_margin=f"{1.0001 * DISK}").proofs
+    disk = prove_margin(GRAPH, "main", "disk margin", 1.0001 * DISK, WITHIN)
     assert disk.status == "refuted"
     gain = (disk.counterexample or {})["gain.gain"] * 1e-3
     assert 2.0 * (2.0 - gain) / (2.0 + gain) < 1.0001 * DISK

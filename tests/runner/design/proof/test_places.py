@@ -84,22 +84,24 @@ def on_carrier(**given: Any) -> Proofs:
     return prove(read_graph_text(CARRIED), tolerances={"controller.gain": "5 %"}, **(usual | given))
 
 
-@pytest.mark.exhaustive("0.11", "0.25")
+@pytest.fixture(scope="module")
+def rest() -> RestRun:
+    planned = plan(read_graph_text(CARRIED))
+    return RestRun(planned, [("controller", "output")], Course(planned))
+
+
+@pytest.mark.exhaustive("0.11", "0.25", "0.49")
 @pytest.mark.parametrize("place", [-0.5, -0.11, 0.25, 0.49])
-def test_a_sensor_at_a_place(place: float) -> None:
+def test_a_sensor_at_a_place(rest: RestRun, place: float) -> None:
     """K / (z (z - 1)) at a fixed carrier, whatever its phase, also where it has just turned."""
-    graph = read_graph_text(CARRIED)
     node = ("controller", "output")
-    rest = RestRun(plan(graph), [node], Course(plan(graph)))
     assert [(one.name, one.low, one.high) for one in rest.ranges] == [("carrier:turns", -0.5, 0.5)]
-    about = rest.linearised(plan(graph), {"carrier:turns": place})
+    about = rest.linearised(plan(read_graph_text(CARRIED)), {"carrier:turns": place})
     figures: Any = margins_of(about.loop(node), "level", "controller.output")
     assert figures.least_gain_margin == pytest.approx(LEAST, abs=1e-9)
 
 
-def test_what_proves_a_place_goes_from_process_to_process() -> None:
-    graph = read_graph_text(CARRIED)
-    rest = RestRun(plan(graph), [("controller", "output")], Course(plan(graph)))
+def test_what_proves_a_place_goes_from_process_to_process(rest: RestRun) -> None:
     with enclosing():
         point = rest.enclosed({})
     assert point.places

@@ -9,13 +9,13 @@ from proofmass.runner.design.proof.prove import Proofs
 from proofmass.runner.verification.certificates import certificate, graph_digest
 from proofmass.runner.verification.proof_checker import FalseCertificateError, check_certificate
 from tests.runner.design.proof.test_prove import status
-from tests.runner.design.proof.test_rest import LEAST, LOOP, MOST, bias
+from tests.runner.design.proof.test_rest import LEAST, LOOP, MOST, bias, near_its_ends
 from tests.runner.verification.test_certificates import forged
 
 
 @pytest.fixture(scope="module")
 def proved() -> Proofs:
-    return bias([0.999 * LEAST, 1.001 * MOST], gain_margin="17.5 dB", phase_margin="45 deg")
+    return near_its_ends()
 
 
 def test_a_search_goes_on_from_its_certificate(proved: Proofs) -> None:

@@ -11,7 +11,7 @@ import pytest
 import scipy.optimize
 
 from proofmass.graphs.files.toml_reader import read_graph_text
-from proofmass.runner.design.proof.prove import MarginProof, prove
+from proofmass.runner.design.proof.prove import MarginProof, prove, prove_margin
 from proofmass.runner.verification.certificates import certificate
 from proofmass.runner.verification.proof_checker import check_certificate
 from tests.by_hand.amounts import chosen
@@ -186,9 +186,8 @@ def test_a_box_that_ends_at_the_border_is_proved_where_all_of_it_is_stable(off: 
         {"gain.gain": gain, "back.gain": back, "first.gain": first, "second.gain": 0.9 * end}
     )
     seconds = 60.0 if off <= Fraction(-1, 1000) or off >= Fraction(1, 10) else SECONDS  # these have an answer
-    (proof, *_) = prove(
-        graph, tolerances={"second.gain": [0.8 * end, end], "first.gain": "10 %"}, seconds=seconds
-    ).proofs
+    within = {"second.gain": [0.8 * end, end], "first.gain": "10 %"}
+    proof = prove_margin(graph, "main", "stable", 0.0, within, seconds=seconds)
     firsts = [Fraction(first) * part for part in (Fraction(9, 10), Fraction(11, 10))]
     all_stable = all(is_stable(Fraction(gain), Fraction(back), f, Fraction(end)) for f in firsts)
     assert all_stable == (off > 0)

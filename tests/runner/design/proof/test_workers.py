@@ -41,15 +41,15 @@ def at_once(monkeypatch: Patch) -> Iterator[None]:
 
 
 def proofs(workers: int, **more: Any) -> Proofs:
-    """A delay margin of 79 % of its closed form takes 14 boxes; a gain margin fails for some sensors."""
-    given: dict[str, Any] = {"gain_margin": "26 dB", "delay_margin": "9 ms", "seconds": 60.0} | more
+    """A delay margin of 61 % of its closed form takes 8 boxes; a gain margin fails for some sensors."""
+    given: dict[str, Any] = {"gain_margin": "26 dB", "delay_margin": "7 ms", "seconds": 60.0} | more
     return prove(GRAPH, tolerances={"gain.gain": "10 %", "hold.gain": "20 %"}, workers=workers, **given)
 
 
 @pytest.fixture(scope="module")
 def alone() -> Proofs:
     found = proofs(1)
-    assert sum(one.searched.boxes for one in found.proofs) > 15
+    assert sum(one.searched.boxes for one in found.proofs) > 10
     return found
 
 

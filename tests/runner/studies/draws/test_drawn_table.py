@@ -89,7 +89,7 @@ def held_by(graph: Graph, path: str) -> float:
     return graph.values[name].number
 
 
-@pytest.mark.exhaustive("calibration_interval_study.toml")
+@pytest.mark.exhaustive("calibration_interval_study.toml", "closed_loop_gyroscope.toml")
 @pytest.mark.parametrize("name", chosen(SOME, sorted(set(LIBRARY) - set(SOME))))
 def test_every_study_of_the_library(name: str, tmp_path: Path) -> None:
     study = read_study(f"library:{name}")
