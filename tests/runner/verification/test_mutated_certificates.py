@@ -27,7 +27,7 @@ WITHIN = {"gain.gain": "10 %"}
 
 
 def _sampled() -> Proofs:
-    return test_other_claims.proofs(0.8)
+    return test_other_claims.proofs(0.6)
 
 
 def _sampled_product() -> Proofs:

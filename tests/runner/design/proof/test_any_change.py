@@ -162,7 +162,7 @@ def test_claims_of_parameters_that_stay_are_none_under_any_change() -> None:
             check_certificate(forged(certificate(proofs), changing_too))
 
 
-SAMPLE = (0, 5, 9)
+SAMPLE = (0, 9)
 
 
 @pytest.mark.parametrize("seed", chosen(SAMPLE, [seed for seed in range(80) if seed not in SAMPLE]))

@@ -48,6 +48,10 @@ def proved() -> Proofs:
 def test_a_limit_is_proved_up_to_the_closed_form(proved: Proofs) -> None:
     (proof,) = proved.proofs
     assert (proof.status, proof.claim.orbit) == ("proved", pytest.approx(4e-3))
+
+
+@pytest.mark.exhaustive
+def test_a_limit_below_the_closed_form_is_refuted_by_a_sensor() -> None:
     broken = found(0.999 * WORST)
     assert status(broken) == ["refuted"]
     sensor = broken.proofs[0].counterexample or {}

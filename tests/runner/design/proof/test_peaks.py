@@ -45,6 +45,10 @@ def proved() -> Proofs:
 def test_peaks_are_proved_up_to_their_closed_forms(proved: Proofs) -> None:
     assert status(proved) == ["proved", "proved"]
     assert str(proved.proofs[1].claim) == "peak of at most 1.001"
+
+
+@pytest.mark.exhaustive
+def test_peaks_beyond_their_closed_forms_are_refuted_by_a_sensor() -> None:
     beyond = about(0.999 * MOST, peak={"error.output": 0.999 * MOST, "hold.output": 0.999})
     assert status(beyond) == ["refuted", "refuted"]
     refuted = beyond.proofs[0]

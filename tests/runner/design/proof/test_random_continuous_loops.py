@@ -75,7 +75,7 @@ def nothing_is_false(loop: AnalogLoop, draw: random.Random, places_beside: int) 
     places = list(itertools.product((-1.0, 1.0), repeat=len(loop.tolerances)))
     places += [tuple(draw.uniform(-1.0, 1.0) for _ in loop.tolerances) for _ in range(places_beside)]
     sensors = [loop.at(dict(zip(loop.tolerances, place, strict=True))) for place in places]
-    few = [_figures(loop, one) for one in sensors[: min(40, places_beside // 5)]]
+    few = [_figures(loop, one) for one in sensors[: min(40, places_beside // 10)]]
     for proof in found.proofs:
         if proof.status == "proved":
             _nothing_lies_beyond(loop, proof, sensors, draw)

@@ -116,7 +116,7 @@ def test_paths_of_a_swing_grow_where_they_are_fast_and_nothing_is_proved_there()
     assert "with parameters that stay it is" in found.proofs[0].searched.why
 
 
-SAMPLE = (5, 9)
+SAMPLE = (9,)
 
 
 @pytest.mark.parametrize("seed", chosen(SAMPLE, [seed for seed in range(60) if seed not in SAMPLE]))

@@ -19,7 +19,7 @@ from tests.by_hand.toleranced_loops import RATE, Loop, random_loop
 
 Factors = Callable[[float], complex]  # by a number from -1 to 1
 SECONDS = 6.0  # of a search
-SAMPLE = (1, 10, 21, 40)
+SAMPLE = (1, 21, 40)
 OTHERS = (0, 4, 8, 9)  # for other claims than gain and phase margins
 _BORDER = 1e-9  # of a pole, by which eigenvalues in doubles may be wrong
 

@@ -25,7 +25,8 @@ def test_bars_of_half_a_hundredth_of_the_longest_are_seen() -> None:
 
 @pytest.mark.friendly(29, "worst cases have no empty rows")
 def test_a_parameter_without_a_bar_has_no_row() -> None:
-    cases = worst(read_study(library_file("margin_tolerance_study.toml")), samples=1)
+    gain = {"gain": {"loop": "main", "figure": "gain_margin"}}
+    cases = worst(read_study(library_file("margin_tolerance_study.toml")), gain, samples=1)
     for panel, case in zip(plot_worst(cases).axes, cases.cases, strict=True):
         *names, last = [label.get_text() for label in panel.get_yticklabels()]
         assert last == "all together"

@@ -28,7 +28,7 @@ AGES = np.array([0.0, 3.6e6 / YEAR, 1.0])
 
 @pytest.fixture(scope="module")
 def one_point() -> StudyResult:
-    both = run_study(read_study_text(STUDY), runs=60, engine="python")
+    both = run_study(read_study_text(STUDY), runs=60, engine="compiled")
     return as_shown(by_point(both)[0])
 
 
