@@ -37,10 +37,9 @@ from tests.by_hand.study_texts import RECORDED, RECORDING, STUDY, TRIPLE
 
 
 @pytest.fixture(scope="module")
-def workers(request: pytest.FixtureRequest) -> Iterator[Any]:
-    """Two threads that work: each is a process of its own where all is run, since one takes seconds to start."""
-    count = 2 if request.config.getoption("--exhaustive") else 1
-    with LocalCluster(n_workers=count, threads_per_worker=2 // count, dashboard_address="127.0.0.1:0") as made:
+def workers() -> Iterator[Any]:
+    """Two workers."""
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0") as made:
         yield made
 
 
