@@ -22,6 +22,7 @@ import flint
 import numpy as np
 
 from proofmass.blocks.arithmetic import elementary
+from proofmass.runner.host.precision import precision
 
 BITS = 96  # of the midpoints
 UNIT = 2.0**-53  # largest relative rounding error of a double
@@ -33,7 +34,7 @@ LAST_PLACES = 2.0**-50  # more than a few units in the last place of a double
 @contextmanager
 def enclosing() -> Iterator[None]:
     """Count with balls of `BITS` bits, and in doubles without warnings of what has no bounds."""
-    with flint.ctx.workprec(BITS), np.errstate(over="ignore", invalid="ignore"):
+    with precision(BITS), np.errstate(over="ignore", invalid="ignore"):
         yield
 
 

@@ -295,8 +295,8 @@ class CompiledSlopes(SlopesInCode):
     ) -> None:
         super().__init__(code, plan, memory, dict.fromkeys(nodes, CUT), seeded, moving, most=len(nodes))
         self._nodes, self._node = tuple(nodes), 0
-        self._own = np.full(len(code.wires), -1)  # places of wires among these
-        self._own[[code.wires[node] for node in nodes]] = range(len(nodes))
+        self._among = np.full(len(code.wires), -1)  # places of wires among these
+        self._among[[code.wires[node] for node in nodes]] = range(len(nodes))
         self._values: list[list[float]] = [[] for _ in nodes]
         self._kept: list[tuple[Found, AnyArray]] = []  # with which wires have a value in each tick
 
@@ -318,7 +318,7 @@ class CompiledSlopes(SlopesInCode):
 
     def _keep(self, found: Found, counts: Indices, told: AnyArray, entered: AnyArray) -> None:
         size, valued = len(self._places), np.zeros((len(counts), len(self._nodes)), dtype=bool)
-        wires = self._own[told[:, :, SOURCE].astype(np.int64)]  # of each event
+        wires = self._among[told[:, :, SOURCE].astype(np.int64)]  # of each event
         tick, event = np.nonzero(np.arange(self._most) < counts[:, None])
         valued[tick, wires[tick, event]] = True
         for number, values in enumerate(self._values):
@@ -342,8 +342,7 @@ class CompiledSlopes(SlopesInCode):
     def slopes(self) -> TickSlopes:
         """Return the slopes of all ticks."""
         parts = zip(*((*found, valued) for found, valued in self._kept), strict=True)
-        *found, valued = (np.concatenate(several) for several in parts)
-        self._kept[:] = [(Found(*found), valued)]  # for the other wires too
-        return TickSlopes(
-            tuple(self._places.values()), *found, valued[:, self._node], wires=len(self._nodes), opened=self._node
-        )
+        tick, row, column, value, valued = (np.concatenate(several) for several in parts)
+        self._kept[:] = [(Found(tick, row, column, value), valued)]  # for the other wires too
+        places, own = tuple(self._places.values()), valued[:, self._node]
+        return TickSlopes(places, tick, row, column, value, own, len(self._nodes), self._node)

@@ -12,9 +12,10 @@ import flint
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.many_roots import PolynomialValues
-from proofmass.runner.analysis.linearisation.rational import LARGEST_CERTIFIED, Transfer, precise, roots
+from proofmass.runner.analysis.linearisation.rational import LARGEST_CERTIFIED, Transfer, roots
 from proofmass.runner.analysis.linearisation.real_roots import Polynomial
 from proofmass.runner.host.arrays import Array, Complex
+from proofmass.runner.host.precision import precision
 
 
 class OnCircle:
@@ -47,8 +48,8 @@ class OnCircle:
 class _Product:
     """A polynomial by its roots: its logarithm at angles, of which z - 1 is given too, and p' / p at a place."""
 
+    @precision()
     def __init__(self, polynomial: Polynomial) -> None:
-        precise()
         self._roots = np.array([complex(root - 1) for root in roots(polynomial)], dtype=complex)
         lead = flint.arb(polynomial[max(polynomial.degree(), 0)])
         self._lead = complex(float(abs(lead).log()), math.pi if lead < 0 else 0.0) if lead != 0 else complex(-math.inf)

@@ -27,10 +27,10 @@ from proofmass.runner.analysis.linearisation.rational import (
     LARGEST_CERTIFIED,
     LARGEST_ORDER,
     characteristic,
-    precise,
     roots,
 )
 from proofmass.runner.host.arrays import Array, Complex
+from proofmass.runner.host.precision import precision
 
 Verdict = Literal["stable", "marginal", "unstable"]
 _ROUNDINGS = 8  # roundings of each number of a loop in a tick
@@ -107,6 +107,7 @@ def judged(
     return together(found)
 
 
+@precision()
 def judge(
     balls: Sequence[Any], closed: Array, sampled: bool, variation: Variation | None = None, ticks: int = 1
 ) -> list[Pole]:
@@ -175,7 +176,6 @@ def parts_of(a: Array) -> list[list[int]]:
 
 def _vectors(a: Array, root: Any) -> tuple[Array, Array]:
     """Return right and left eigenvectors with largest entry 1, by inverse iteration in balls, part by part."""
-    precise()
     shift = root.mid() + flint.acb(_APART, _APART)
     vectors, parts = [], parts_of(a)
     for turned, order in ((a, parts), (a.T, parts[::-1])):

@@ -23,10 +23,10 @@ from proofmass.runner.analysis.linearisation.elimination import eliminated
 from proofmass.runner.analysis.linearisation.many_roots import many_roots
 from proofmass.runner.analysis.linearisation.real_roots import Polynomial, isolated
 from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.precision import BITS, precision
 
 LARGEST_ORDER = 160  # of systems whose polynomials are those of dense matrices
 LARGEST_CERTIFIED = 64  # degree of polynomials whose roots are separated by certified arithmetic
-BITS = 512  # of inexact numbers; far beyond the cancellation in loops of some hundred states
 
 
 @dataclass(frozen=True)
@@ -114,12 +114,13 @@ def square(polynomial: Polynomial) -> Polynomial:
     return even * even + odd * odd * flint.fmpz_poly([0, 1])
 
 
+@precision()
 def positive_roots(polynomial: Polynomial) -> list[Any]:
     """Return the distinct real roots above zero, smallest first, as balls of one root each."""
-    precise()
     return isolated(polynomial, BITS) if polynomial.degree() > 0 else []
 
 
+@precision()
 def roots(polynomial: Polynomial, sampled: bool = False) -> list[Any]:
     """Return all roots with their multiplicity, as balls that hold them.
 
@@ -128,7 +129,6 @@ def roots(polynomial: Polynomial, sampled: bool = False) -> list[Any]:
     """
     if polynomial.degree() < 1:
         return []
-    precise()
     if sampled and polynomial.degree() > LARGEST_CERTIFIED:
         balls = many_roots(polynomial, BITS)
         if balls is not None:
@@ -142,11 +142,6 @@ def coprime(first: Polynomial, second: Polynomial) -> tuple[Polynomial, Polynomi
     if common.degree() < 1:
         return first, second, flint.fmpz_poly([1])
     return first // common, second // common, common
-
-
-def precise() -> None:
-    """Set the precision of balls; it is always the same, so any caller may set it."""
-    flint.ctx.prec = BITS
 
 
 def _scaled(a: Array, b: Array, c: Array) -> tuple[Array, Array, Array]:

@@ -13,21 +13,20 @@ from typing import Any
 
 import flint
 
+from proofmass.runner.host.precision import precision
+
 Polynomial = Any  # flint.fmpz_poly
 Fraction = Any  # flint.fmpq
 _FIRST_BITS = 128  # of arithmetic; it is doubled where they do not tell the sign
 
 
+@precision()
 def isolated(polynomial: Polynomial, bits: int) -> list[Any]:
     """Return the distinct positive roots, smallest first, as balls with about so many bits."""
     if not _changes(polynomial):
         return []
     simple = polynomial // polynomial.gcd(polynomial.derivative())
-    before = flint.ctx.prec
-    try:
-        return [_precise(simple, low, high, bits) for low, high in sorted(_separated(simple))]
-    finally:
-        flint.ctx.prec = before
+    return [_precise(simple, low, high, bits) for low, high in sorted(_separated(simple))]
 
 
 def _separated(simple: Polynomial) -> Iterator[tuple[Fraction, Fraction]]:

@@ -19,12 +19,12 @@ from proofmass.runner.analysis.linearisation.rational import (
     coprime,
     even_and_odd,
     positive_roots,
-    precise,
     roots,
     square,
 )
 from proofmass.runner.analysis.linearisation.real_roots import Polynomial
 from proofmass.runner.host.arrays import Array, Complex
+from proofmass.runner.host.precision import precision
 
 TANGENTIAL = 1e-6  # part of its speed with which a pole must cross the boundary for its direction to be certain
 _FLAT = 1e-12
@@ -46,11 +46,12 @@ class CertifiedAxis:
         """Take L in the variable of the state space."""
         self.sampled, self._loop, self._axis = sampled, loop, loop.on_axis(sampled)
 
+    @precision()
     def values(self, w: Array) -> Complex:
         """Return L, at one place after the other."""
-        precise()
         return np.array([complex(self._value(flint.arb(math.tan(0.5 * t) if self.sampled else t))) for t in w.tolist()])
 
+    @precision()
     def gain_crossings(self) -> list[Crossing]:
         """Return where |L| = 1, between rest and half the rate.
 
@@ -64,6 +65,7 @@ class CertifiedAxis:
             found = found[1:] if largest < _FLAT else found
         return [self._crossing(y) for y in found]
 
+    @precision()
     def phase_crossings(self) -> list[Crossing]:
         """Return where L is negative, half the rate included."""
         (ne, no), (de, do) = even_and_odd(self._axis.numerator), even_and_odd(self._axis.denominator)
@@ -95,6 +97,7 @@ class CertifiedAxis:
         """Return place and value of the largest |S - T|."""
         return self.largest_ratio(self._axis.denominator - self._axis.numerator, self._axis.closed)
 
+    @precision()
     def largest_ratio(self, above: Polynomial, below: Polynomial) -> tuple[float, float]:
         """Return place and value of the largest |above / below| on the axis, the ends included;
         infinite at a pole.
@@ -102,7 +105,6 @@ class CertifiedAxis:
         The axis of a continuous loop ends at infinite frequency, where S of a loop that falls off
         is 1.
         """
-        precise()
         top, bottom, _ = coprime(square(above), square(below))
         if poles := positive_roots(bottom):
             return self._frequency(poles[0]), math.inf
@@ -112,9 +114,9 @@ class CertifiedAxis:
         candidates += [(self._frequency(y), float((top(y) / bottom(y)).sqrt())) for y in positive_roots(slope)]
         return max(candidates, key=lambda pair: pair[1])
 
+    @precision()
     def fall(self) -> float | None:
         """Return the first place at which |T| is 3 dB less than at rest."""
-        precise()
         above, below = self._axis.numerator, self._axis.closed
         at_rest = int(above[0]) ** 2, int(below[0]) ** 2
         if at_rest[0] == 0 or at_rest[1] == 0:
@@ -122,12 +124,12 @@ class CertifiedAxis:
         found = positive_roots(2 * at_rest[1] * square(above) - at_rest[0] * square(below))
         return self._frequency(found[0]) if found else None
 
+    @precision()
     def outwards(self, factor: float, w: float) -> float:
         """Return how a pole that a factor puts there moves as the factor grows: 1 straight outwards, -1 inwards.
 
         A pole z of f N + D moves by -N / (f N' + D') times the change of f; NaN if it has no speed.
         """
-        precise()
         place = flint.acb.exp(flint.acb(0, w)) if self.sampled else flint.acb(0, w)
         slope = factor * self._loop.numerator.derivative()(place) + self._loop.denominator.derivative()(place)
         if slope == 0:
@@ -157,6 +159,7 @@ class CertifiedAxis:
         return math.pi if self.sampled else math.inf
 
 
+@precision()
 def poles_outside(loop: Transfer, factor: float, sampled: bool) -> int:
     """Return the number of closed-loop poles that are not inside, from all of them."""
     top, bottom = factor.as_integer_ratio()
@@ -164,9 +167,9 @@ def poles_outside(loop: Transfer, factor: float, sampled: bool) -> int:
     return sum(not (abs(root) < 1 if sampled else root.real < 0) for root in roots(closed, sampled))
 
 
+@precision()
 def real_crossing(w: float, top: Any, bottom: Any) -> Crossing | None:
     """Return a crossing at which L is a quotient of integers, or None if it is infinite there."""
-    precise()
     if bottom == 0:
         return None
     value = flint.fmpq(top, bottom)

@@ -20,6 +20,7 @@ from proofmass.runner.derivatives.taylor_model import TaylorModel, joined
 from proofmass.runner.design.proof.closed_loop import Family, MapParts, OpenCorners
 from proofmass.runner.design.proof.enclosed import Enclosed, quarters
 from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.precision import precision
 
 _BITS = 1_000  # of a determinant
 _NEUTRAL = 1e-12  # distance from the circle to which rounding may move a pole that lies on it
@@ -42,7 +43,7 @@ def keeps_side(left: Array, most: bool) -> bool:
 
     The sign of det R says so, in balls.
     """
-    with flint.ctx.workprec(_BITS):
+    with precision(_BITS):
         determinant: Any = flint.arb_mat(left.tolist()).det()
         return bool(determinant > 0) if most else bool(determinant < 0)
 

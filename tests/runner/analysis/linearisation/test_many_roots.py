@@ -17,7 +17,7 @@ from proofmass.runner.analysis.linearisation.many_roots import (
     _turns_up,
     many_roots,
 )
-from proofmass.runner.analysis.linearisation.rational import BITS, precise
+from proofmass.runner.analysis.linearisation.rational import BITS
 
 Root = tuple[Fraction, Fraction]  # real part, and imaginary part above zero, which stands for a pair
 
@@ -71,7 +71,7 @@ KINDS: dict[str, list[Root]] = {
 @pytest.mark.parametrize("kind", KINDS)
 def test_known_roots(kind: str, zeros: int) -> None:
     """Each lies in a ball of its own, on its side of the circle; the 16 next to the circle to hundreds of bits."""
-    precise()
+    flint.ctx.prec = BITS
     roots, polynomial = KINDS[kind], polynomial_of(KINDS[kind])
     balls = many_roots(flint.fmpz_poly([*[0] * zeros, *polynomial.coeffs()]), BITS)
     assert balls is not None
@@ -95,7 +95,7 @@ def test_known_roots(kind: str, zeros: int) -> None:
 @pytest.mark.parametrize("number", [64, 100, 257])
 def test_roots_of_unity(number: int) -> None:
     """z^n = 1, of which none may be said to lie inside or outside; z^n = 1/3 lies inside."""
-    precise()
+    flint.ctx.prec = BITS
     balls = many_roots(flint.fmpz_poly([-1, *[0] * (number - 1), 1]), BITS)
     assert balls is not None
     angles = sorted((math.atan2(float(b.imag.mid()), float(b.real.mid())) + 1e-9) % (2 * math.pi) for b in balls)
@@ -109,7 +109,7 @@ def test_roots_of_unity(number: int) -> None:
 @pytest.mark.parametrize("number", range(3))
 def test_against_certified_roots(number: int) -> None:
     """Random coefficients, many of them 0: Arb finds the same roots by another way."""
-    precise()
+    flint.ctx.prec = BITS
     dice = random.Random(number)
     coefficients = [dice.randint(-(10**6), 10**6) * (dice.random() < (1.0, 0.4, 0.1)[number]) for _ in range(40)]
     coefficients[0], coefficients[-1] = 12345, 54321
@@ -123,7 +123,7 @@ def test_against_certified_roots(number: int) -> None:
 
 def test_double_roots_are_left_to_others() -> None:
     """A root that is there twice has no ball of its own; close to 0, where both lie inside, that does not matter."""
-    precise()
+    flint.ctx.prec = BITS
     others = circle(random.Random(5), 8, (0.4, 0.8))
     double = [(Fraction(9, 10), Fraction(0))] * 2
     assert many_roots(polynomial_of([*others, *double]), BITS) is None
@@ -140,7 +140,7 @@ def test_double_roots_are_left_to_others() -> None:
 @pytest.mark.parametrize("digits", [12, 18])
 def test_roots_closer_to_1_than_doubles_next_to_it(digits: int) -> None:
     """1 - 10^-18 and 1 - 3 10^-18 are one double, and two roots."""
-    precise()
+    flint.ctx.prec = BITS
     slow = [(1 - Fraction(k, 10**digits), Fraction(0)) for k in (1, 3)]
     balls = many_roots(polynomial_of([*slow, *circle(random.Random(7), 6, (0.5, 0.8))]), BITS)
     assert balls is not None
@@ -150,7 +150,7 @@ def test_roots_closer_to_1_than_doubles_next_to_it(digits: int) -> None:
 
 def test_bits_that_do_not_tell_the_side_of_a_root() -> None:
     """Two roots on the circle, 10^-5 from each other, lie in balls apart, of 10^-14 where so few bits are wanted."""
-    precise()
+    flint.ctx.prec = BITS
     roots = [(Fraction(3, 5) + shift, Fraction(4, 5)) for shift in (Fraction(0), Fraction(1, 10**5))]
     polynomial = polynomial_of([*roots, *circle(random.Random(8), 6, (0.5, 0.8))])
     assert many_roots(polynomial, BITS) is not None
@@ -206,7 +206,7 @@ PLACES = np.array(
 @pytest.mark.parametrize("name", POLYNOMIALS)
 def test_values(name: str) -> None:
     """In the power of two of the largest coefficient, next to 1 to all digits."""
-    precise()
+    flint.ctx.prec = BITS
     polynomial = POLYNOMIALS[name]
     values = PolynomialValues(polynomial)
     sizes = [abs(int(v)) for v in polynomial.coeffs()]
@@ -231,7 +231,7 @@ def test_values(name: str) -> None:
 @pytest.mark.parametrize("name", [name for name in POLYNOMIALS if name != "number"])
 def test_newton_steps(name: str) -> None:
     """p / p' on both sides of the circle, and what rounding may make of it: enough, and no hundred times too much."""
-    precise()
+    flint.ctx.prec = BITS
     polynomial = POLYNOMIALS[name]
     slope = polynomial.derivative()
     places = np.concatenate([PLACES, [0.7 + 0.2j, 3.0, -5.0 + 2.0j, -2.0 - 1e-3j]])

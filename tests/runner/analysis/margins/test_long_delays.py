@@ -3,6 +3,7 @@
 import math
 import random
 
+import flint
 import numpy as np
 import pytest
 
@@ -19,7 +20,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation import elimination, rational
 from proofmass.runner.analysis.linearisation.many_roots import many_roots
-from proofmass.runner.analysis.linearisation.rational import BITS, precise, roots, transfer
+from proofmass.runner.analysis.linearisation.rational import BITS, roots, transfer
 from proofmass.runner.analysis.margins.axis import CertifiedAxis
 from proofmass.runner.analysis.margins.figures import Figures
 from proofmass.runner.analysis.margins.margins import Margins
@@ -154,7 +155,7 @@ def test_many_roots_are_certified_ones(number: int) -> None:
     system = random_system(number)
     quotient = system.quotient
     assert quotient is not None
-    precise()
+    flint.ctx.prec = BITS
     found = many_roots(quotient.closed, BITS)
     assert found is not None
     certified = roots(quotient.closed)
