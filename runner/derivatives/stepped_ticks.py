@@ -41,8 +41,8 @@ class TickSlopes(NamedTuple):
         first = self.tick < half
         one, other = ((self.row[k], self.column[k], self.value[..., k]) for k in (first, ~first))
         return (
-            TickSlopes(self.places, self.tick[first], *one, self.valued[:half]),
-            TickSlopes(self.places, self.tick[~first] - half, *other, self.valued[half:]),
+            TickSlopes(self.places, self.tick[first], *one, self.valued[:half], self.wires, self.opened),
+            TickSlopes(self.places, self.tick[~first] - half, *other, self.valued[half:], self.wires, self.opened),
         )
 
     def structure(self) -> tuple[bytes, ...]:

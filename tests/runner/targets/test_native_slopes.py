@@ -33,11 +33,14 @@ from proofmass.graphs.files.library import FOLDER
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation import period_map
+from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import linearised
+from proofmass.runner.analysis.linearisation.orbit_run import OrbitRun
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
+from proofmass.runner.targets.native_slopes import SlopeCode
 
 CHIPS = tuple(1.0 if (5 * n * n + n) % 7 < 3 else -0.5 for n in range(70))
 
@@ -122,6 +125,24 @@ def test_blocks_that_remember(block: Block, tick: int) -> None:
     assert fast.ticks is not None
     assert len(fast.ticks.d) == len(CHIPS)
     assert_alike(fast, slow)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_loops_among_the_same_blocks_are_opened_together(order: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What comes to `inner` in a tick comes from `product` in that tick, and in part by a register from both."""
+    between = {"inner": Difference(), "back": Gain(gain=0.3), "late": Delay(ticks=2)}
+    wires = ("integral.output -> late.input", "late.output -> back.input", "back.output -> inner.second")
+    planned = loop_through(between, "inner.first", "inner.output", wires)
+    nodes = [("inner", "output"), ("product", "output"), ("error", "output")][::order]
+    course, ran = Course(planned), list[Sequence[Endpoint]]()
+    course.loops = tuple(nodes)
+    taken = SlopeCode.ticks
+    monkeypatch.setattr(SlopeCode, "ticks", lambda *given: ran.append(given[2]) or taken(*given))
+    runs = [OrbitRun(planned, Ends((node,), (node,), cut=True), course.onward(0)) for node in nodes]
+    together = [run.map(0, len(CHIPS)) for run in runs]
+    assert [len(wires) for wires in ran] == [3]
+    for node, found in zip(nodes, together, strict=True):
+        assert_alike(found, both(planned, node)[1])
 
 
 def test_a_converter_is_its_input() -> None:
