@@ -346,7 +346,9 @@ class UnknownsSolver:
 
     def _rounding_of(self, signal: str) -> float:
         """Return the rms error of a recording in codes, which may agree with a run to the last one; 0 of others."""
-        code, values = self._code[signal], self.compared(signal)
-        steps = (values - values[0]) / code if code and len(values) else np.full(1, 0.5)
-        whole = np.all(np.abs(steps - np.round(steps)) <= _WHOLE * np.maximum(np.abs(steps), 1.0))
-        return code / math.sqrt(12.0) if whole else 0.0
+        gaps = np.diff(np.unique(self.compared(signal)))
+        if not (self._code[signal] and len(gaps)):
+            return 0.0
+        step = float(np.min(gaps))
+        whole = np.all(np.abs(gaps / step - np.round(gaps / step)) <= _WHOLE * gaps / step)
+        return step / math.sqrt(12.0) if whole else 0.0

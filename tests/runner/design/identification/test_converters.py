@@ -63,7 +63,7 @@ def errors(clean: AnyArray, noise: float, seeds: range) -> AnyArray:
     return np.array(rows) / noise
 
 
-@pytest.mark.defect("S939", before="0.799986 +- 1e-9 V/s for 0.8", after="an interval that has the truth")
+@pytest.mark.defect("S939", before="0.79930 +- 1e-8 V/s for 0.8", after="an interval that has the truth")
 def test_codes_that_agree_are_known_no_better_than_they_are_rounded() -> None:
     """A reference of 4.1 V + 0.8 V/s, by 12 bits of a sine of 1 V: codes are floor(4096 V / V_ref), within a half."""
     blocks = {"sine": Sine(amplitude=1.0, frequency=3.0, unit="V"), "slope": Ramp(offset=4.0, slope=0.5, unit="V")}
@@ -75,12 +75,12 @@ def test_codes_that_agree_are_known_no_better_than_they_are_rounded() -> None:
         probes=["adc.number"],
     )
     truth = {"slope.slope": 0.8, "slope.offset": 4.1}
-    codes = simulate(graph.with_parameters(truth), samples=500)["adc.number"]
+    codes = simulate(graph.with_parameters(truth), samples=200)["adc.number"]
     fitted = fit(graph, {"time": codes.times, "code": codes.values}, outputs={"adc.number": "code"}, free=list(truth))
-    assert fitted.outputs[0].rms < 0.1
+    assert fitted.outputs[0].rms == 0.0
     for known in fitted.estimates:
         assert abs(known.value - truth[known.name]) < known.half_width
-        assert known.half_width < 2e-3 * known.value
+        assert known.half_width < 0.02 * known.value
 
 
 @pytest.mark.exhaustive
