@@ -126,6 +126,21 @@ def _join(
                 c[value * n + j] = after[n * wide + j]
 
 
+def move(k: int, n: int, wide: int, a: Any, b: Any, given: Any, rows: Any, after: Any) -> None:
+    """Move rows of states on by the map of a value: a x + b u, side by side."""
+    for i in range(n):
+        entered = b[k * n + i]
+        for w in range(wide):
+            after[i * wide + w] = entered * given[w]
+        for j in range(n):
+            moved = a[(k * n + i) * n + j]
+            if moved != 0.0:
+                for w in range(wide):
+                    after[i * wide + w] += moved * rows[j * wide + w]
+    for at in range(n * wide):
+        rows[at] = after[at]
+
+
 def _multiply(ticks: int, steps: int, n: int, count: int, numbers: int, maps: Any, room: Any, exponents: Any) -> None:
     """Multiply products by the maps of all values.
 
@@ -152,17 +167,7 @@ def _multiply(ticks: int, steps: int, n: int, count: int, numbers: int, maps: An
                     real, imaginary = back[at], back[at + 1]
                     back[at] = real * loops[loop] - imaginary * loops[loop + 1]
                     back[at + 1] = real * loops[loop + 1] + imaginary * loops[loop]
-        for i in range(n):
-            entered = b[k * n + i]
-            for w in range(wide):
-                after[i * wide + w] = entered * back[w]
-            for j in range(n):
-                moved = a[(k * n + i) * n + j]
-                if moved != 0.0:
-                    for w in range(wide):
-                        after[i * wide + w] += moved * rows[j * wide + w]
-        for at in range(n * wide):
-            rows[at] = after[at]
+        move(k, n, wide, a, b, back, rows, after)
         if (k + 1) % steps == 0 or k + 1 == ticks:
             for of in range(count):
                 largest, scale = 0.0, 1.0

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps
-from proofmass.runner.analysis.linearisation.tick_products import CONSTANT, MOVED, PLACES, run
+from proofmass.runner.analysis.linearisation.tick_products import CONSTANT, MOVED, PLACES, move, run
 from proofmass.runner.host.arrays import Array, Integers
 
 _FIRST, _MORE = 64, 4  # values up to which delays are followed at once, and how many times as many in the next stage
@@ -118,16 +118,8 @@ def _follow(
         for r in range(count):
             wire[now + r] = d[place] * given[r]
         for i in range(n):
-            shown, entered = c[place * n + i], b[place * n + i]
+            shown = c[place * n + i]
             if shown != 0.0:
                 for r in range(count):
                     wire[now + r] += shown * x[i * count + r]
-            for r in range(count):
-                after[i * count + r] = entered * given[r]
-            for j in range(n):
-                moved = a[(place * n + i) * n + j]
-                if moved != 0.0:
-                    for r in range(count):
-                        after[i * count + r] += moved * x[j * count + r]
-        for i in range(n * count):
-            x[i] = after[i]
+        move(place, n, count, a, b, given, x, after)
