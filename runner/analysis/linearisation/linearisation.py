@@ -12,6 +12,7 @@ at all of them is unstable, and the answer is that of the first.
 """
 
 from collections.abc import Callable, Hashable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import islice
@@ -61,6 +62,7 @@ class Linearisation:
     told: str = ""  # how the point was found
     at: At = 0.0  # what finds it again
     notes: tuple[str, ...] = ()  # on the point
+    ahead: bool = True  # whether a loop that is open there is taken where it closes later
     _maps: dict[Hashable, tuple[Ends, OrbitPoint]] = field(default_factory=dict, repr=False, compare=False)
     _asked: set[Hashable] = field(default_factory=set, repr=False, compare=False)  # which of these one answer takes
 
@@ -139,7 +141,7 @@ class Linearisation:
     def _found(self, ends: Ends) -> OrbitPoint:
         orbit = self.point
         if not isinstance(orbit, PeriodicPoint):
-            return OrbitSearch(self.plan, ends, self._onward(ends.common_period(self.plan))).point()
+            return OrbitSearch(self.plan, ends, self._onward(ends.common_period(self.plan)), self.ahead).point()
         of_orbit = {"memory": orbit.memory, "span": orbit.ticks, "integrated": True}
         whole = ends.map(self.plan, **of_orbit, slopes=self.course.slopes)
         notes = (orbit.note(self.plan.period),)
@@ -208,10 +210,7 @@ class OperatingPoints:
     def __init__(
         self, plan: Plan, at: At = AUTO, progress: Progress | None = None, course: Course | None = None
     ) -> None:
-        """Take a time, "settled", "periodic" or "auto", and the course of the plan where there is one.
-
-        Raises `ModelError` for another text.
-        """
+        """Take a time, "settled", "periodic" or "auto" (`ModelError` else), and the course of the plan if there is one."""
         self.plan, self.at, self._progress = plan, at, progress
         self.course = course or Course(plan)
         self._known = dict[str, Linearisation | ModelError]()
@@ -299,6 +298,9 @@ class OperatingPoints:
             lasting = [one for one in starting if not one[1].map.starting]
             end = self._known.get(_END)
             if not starting:
+                with suppress(ModelError):  # what no later point closes may close for instants
+                    if self.at == AUTO:
+                        return self._linearisation(0, "", 0.0).answer(ask)
                 raise
             if not lasting and isinstance(end, ModelError):
                 raise end from None  # it starts up, and its run does not get to the end
@@ -323,7 +325,7 @@ class OperatingPoints:
             yield self._one(str(self.at))
             return
         if first not in self._starts:
-            self._starts[first] = self._linearisation(first, "", 0.0)
+            self._starts[first] = replace(self._linearisation(first, "", 0.0), ahead=False)  # later points are closed
         yield self._starts[first]
         for way in (SETTLED, _END, PERIODIC):
             yield self._one(way)
@@ -382,10 +384,7 @@ def tick_of_time(plan: Plan, at: At) -> int:
 
 
 def of_wires(whole: PeriodMap, tick: float, notes: Sequence[str] = ()) -> OpenLoop:
-    """Return the sampled loop of a map that is cut at one or more wires, and by how much its closed loop changes.
-
-    `tick` is the time of a base tick in seconds.
-    """
+    """Return the sampled loop of a map that is cut at wires, and by how much it changes; a `tick` takes so many seconds."""
     between = whole.between()
     between = replace(between, later=(), notes=(*between.notes, *notes))
     ticks = round(between.period / tick)

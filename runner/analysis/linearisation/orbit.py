@@ -90,10 +90,13 @@ class OrbitPoint:
 class OrbitSearch:
     """Looks for the periods over which a map can be taken."""
 
-    def __init__(self, plan: Plan, ends: Ends, onward: Onward) -> None:
-        """Take the run on from the operating point, which is the start of a period of the map."""
+    def __init__(self, plan: Plan, ends: Ends, onward: Onward, ahead: bool) -> None:
+        """Take the run on from the operating point, which is the start of a period of the map.
+
+        A loop that is open there may be looked for `ahead`, where it closes.
+        """
         self._plan, self._ends, self._run = plan, ends, OrbitRun(plan, ends, onward)
-        self._ticks, self._first = self._run.ticks, self._run.first
+        self._ticks, self._first, self._looks_ahead = self._run.ticks, self._run.first, ahead
         self._period = self._ticks * plan.period
         self._longest = min(LONGEST_ORBIT, MOST_VALUES * self._stride()) // self._ticks  # of periods of a map
         self._most = min(self._longest, MOST_PERIODS)
@@ -116,7 +119,8 @@ class OrbitSearch:
     def _point(self) -> OrbitPoint:
         """Return the map, over how many periods it is, and a remark about it."""
         first = self._run.map(0)
-        at_instants = self._at_instants(first) if self._ends.cut and not _passes(first) else None
+        open_here = self._ends.cut and not _passes(first)
+        at_instants = self._at_instants(first) if open_here and self._looks_ahead else None
         if at_instants is not None:
             return at_instants
         changes = self._waiting.changes(self._run.after, self._horizon(first))
@@ -217,7 +221,7 @@ class OrbitSearch:
         periods = closed[-1] - closed[0] if len(closed) > 1 else 0
         if not 1 < periods <= LONGEST_PERIOD:
             return None
-        whole = self._run.map(0, periods)
+        whole = self._run.map(closed[0] + 1, periods)  # with a new value, which is not looked for once more
         if not _passes(whole):
             return None
         after = self._run.map(whole.tick - self._first + periods, periods)  # its value is new too

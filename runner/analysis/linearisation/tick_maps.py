@@ -18,7 +18,7 @@ import numpy.typing as npt
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.rings import Entry
-from proofmass.runner.analysis.linearisation.tick_products import joined, lifted, products
+from proofmass.runner.analysis.linearisation.tick_products import held, joined, lifted, products, repeated
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.derivatives.stepped_ticks import TickSlopes
 from proofmass.runner.host.arrays import Array, Truths
@@ -136,14 +136,9 @@ class TickMaps:
     def holds(self) -> tuple[int, int]:
         """Return after how many values the wire has a new one, and how many values it holds each
         for; 1 if any other.
-
-        A value is that of the tick before if its row says so to the last bit, whatever the states
-        and the input.
         """
-        last, ticks = slice(None, -1), len(self.d)
-        rows = np.einsum("ki,kij->kj", self.c[1:], self.a[last])
-        alike = (rows == self.c[last]).all(axis=1) & (np.einsum("ki,ki->k", self.c[1:], self.b[last]) == 0.0)
-        new = 1 + np.flatnonzero(~alike | (self.d[1:] != 0.0) | (self.d[last] != 0.0))
+        ticks, alike = len(self.d), repeated(self.a, self.b, self.c)
+        new = 1 + np.flatnonzero(~alike | (self.d[1:] != 0.0) | (self.d[:-1] != 0.0))
         for starts in filter(len, (np.append(0, new), new)):
             first, each = int(starts[0]), ticks // len(starts)
             if np.array_equal(starts, first + each * np.arange(ticks // each)):
@@ -152,15 +147,7 @@ class TickMaps:
 
     def held(self, each: int) -> "TickMaps":
         """Return the maps from one new value of the wire to the next, each held for so many."""
-        n, values = self.b.shape[1], len(self.d) // each
-        maps = np.zeros((values, each, n + 1, n + 1))  # of the states and the value
-        maps[:, :, :n, :n] = self.a.reshape(values, each, n, n)
-        maps[:, :, :n, n] = self.b.reshape(values, each, n)
-        maps[:, :, n, n] = 1.0
-        while maps.shape[1] > 1:
-            last = maps.shape[1] - maps.shape[1] % 2
-            maps = np.concatenate([maps[:, 1:last:2] @ maps[:, :last:2], maps[:, last:]], axis=1)
-        return TickMaps(maps[:, 0, :n, :n], maps[:, 0, :n, n], self.c[::each], self.d[::each], self.places)
+        return TickMaps(*held(self.a, self.b, each), self.c[::each], self.d[::each], self.places)
 
     def lifted(self, states: Sequence[Entry]) -> Array:
         """Return [A B] and below it [C D] of the period, for some states and all wire values."""

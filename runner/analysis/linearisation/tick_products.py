@@ -21,6 +21,7 @@ CONSTANT, MOVED = (Storage(FLOAT, None, writable=writable) for writable in (Fals
 PLACES, COUNTS = (Storage(INTEGER, None, writable=writable) for writable in (False, True))
 _POWER = 64  # of two, by which products are scaled where they are larger, or smaller
 _LARGE, _LARGEST = 2.0**_POWER, 2.0**960
+_SMALLEST = 2.0**-1022  # that has all of its digits
 
 
 def run(function: Callable[..., Any], numbers: tuple[int, ...], arrays: list[AnyArray], kinds: tuple[Any, ...]) -> None:
@@ -82,6 +83,29 @@ def lifted(a: Array, b: Array, c: Array, d: Array) -> tuple[Array, Array]:
     return moved, read
 
 
+def repeated(a: Array, b: Array, c: Array) -> Truths:
+    """Return whether each value but the first is that of the tick before, whatever the states and the input.
+
+    It is if its row says so to the last bit.
+    """
+    ticks, n = b.shape
+    found = np.zeros(ticks, dtype=np.int64)
+    arrays = [np.ascontiguousarray(part) for part in (a, b, c)]
+    run(_compare, (ticks, n), [*arrays, found], ((CONSTANT,) * 3, COUNTS))
+    return found[1:] != 0
+
+
+def held(a: Array, b: Array, each: int) -> tuple[Array, Array]:
+    """Return the maps of so many ticks with the same value."""
+    ticks, n = b.shape
+    value, rows = np.zeros(n + 1), np.zeros((n, n + 1))
+    value[n] = 1.0
+    made = np.zeros((ticks // each, n, n + 1))
+    arrays = [np.ascontiguousarray(part) for part in (a, b, value)]
+    run(_hold, (len(made), each, n), [*arrays, rows, np.empty_like(rows), made], ((CONSTANT,) * 3, (MOVED,) * 3))
+    return made[:, :, :n], made[:, :, n]
+
+
 # -- functions of programs -------------------------------------------------------------------------
 
 
@@ -139,6 +163,39 @@ def move(k: int, n: int, wide: int, a: Any, b: Any, given: Any, rows: Any, after
                     after[i * wide + w] += moved * rows[j * wide + w]
     for at in range(n * wide):
         rows[at] = after[at]
+
+
+def _compare(ticks: int, n: int, maps: Any, found: Any) -> None:
+    """Tell of each value whether its row is that of the value before, taken one tick on."""
+    a, b, c = maps
+    for k in range(ticks - 1):
+        entered, same = 0.0, True
+        for i in range(n):
+            entered += c[(k + 1) * n + i] * b[k * n + i]
+        for j in range(n):
+            shown = 0.0
+            for i in range(n):
+                read = c[(k + 1) * n + i]
+                if read != 0.0:
+                    shown += read * a[(k * n + i) * n + j]
+            same = same and shown == c[k * n + j]
+        found[k + 1] = 1 if same and entered == 0.0 else 0
+
+
+def _hold(values: int, each: int, n: int, maps: Any, room: Any) -> None:
+    """Multiply the maps of the ticks of each value: [A b] of what happens while it is held."""
+    (a, b, value), (rows, after, made) = maps, room
+    wide = n + 1
+    for held_value in range(values):
+        for at in range(n * wide):
+            rows[at] = 1.0 if at % (wide + 1) == 0 else 0.0
+        for k in range(held_value * each, (held_value + 1) * each):
+            move(k, n, wide, a, b, value, rows, after)
+            for at in range(n * wide):
+                if abs(rows[at]) < _SMALLEST:  # rounding would keep it from going on to zero
+                    rows[at] = 0.0
+        for at in range(n * wide):
+            made[held_value * n * wide + at] = rows[at]
 
 
 def _multiply(ticks: int, steps: int, n: int, count: int, numbers: int, maps: Any, room: Any, exponents: Any) -> None:
