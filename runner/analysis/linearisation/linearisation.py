@@ -210,7 +210,7 @@ class OperatingPoints:
     def __init__(
         self, plan: Plan, at: At = AUTO, progress: Progress | None = None, course: Course | None = None
     ) -> None:
-        """Take a time, "settled", "periodic" or "auto" (`ModelError` else), and the course of the plan if there is one."""
+        """Take a time, "settled", "periodic" or "auto" (else `ModelError`), and the plan's course if there is one."""
         self.plan, self.at, self._progress = plan, at, progress
         self.course = course or Course(plan)
         self._known = dict[str, Linearisation | ModelError]()
@@ -384,7 +384,7 @@ def tick_of_time(plan: Plan, at: At) -> int:
 
 
 def of_wires(whole: PeriodMap, tick: float, notes: Sequence[str] = ()) -> OpenLoop:
-    """Return the sampled loop of a map that is cut at wires, and by how much it changes; a `tick` takes so many seconds."""
+    """Return the sampled loop of a map that is cut at wires, and by how much it changes; a `tick` is in seconds."""
     between = whole.between()
     between = replace(between, later=(), notes=(*between.notes, *notes))
     ticks = round(between.period / tick)
