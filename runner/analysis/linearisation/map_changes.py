@@ -23,6 +23,7 @@ from proofmass.runner.host.arrays import Array, Complex
 LOOKS = (1, 2, 8, 64)  # periods after which a map is compared
 NEAR = 1e-3  # distance of a pole from the boundary of stability
 _NEGLIGIBLE = 1e-9  # part of a map, of all of it
+_NO_MODE = 1e-290  # product of its two vectors, below which a mode counts as one with the next
 _PLACES = (0.01, 0.3, 1.1, 2.3)  # rad a period: no carrier, of a rational turn, is there
 _eig: Any = scipy.linalg.eig
 Parts = tuple[Array, Array, Array, Array]
@@ -238,9 +239,11 @@ def _turned(later: Array, poles: Complex, vectors: Complex, reach: Array) -> Com
     values, left, right = _eig(later, left=True, right=True)
     between = np.einsum("ji,ji->i", left.conj(), right)
     parts = left.conj().T @ vectors
-    parts = np.divide(parts, between[:, None], out=np.zeros_like(parts), where=between[:, None] != 0.0)
+    parts = np.divide(parts, between[:, None], out=np.zeros_like(parts), where=np.abs(between[:, None]) > _NO_MODE)
     theirs = np.abs(values[:, None] - poles) <= np.maximum(reach, np.min(np.abs(values[:, None] - poles), axis=0))
     turned = (right @ np.where(theirs, parts, 0.0)).astype(complex)
+    largest = np.max(np.abs(turned), axis=0, initial=0.0)
+    turned = np.divide(turned, largest, out=turned, where=largest > 0.0)  # squares of what is large would overflow
     sizes = np.linalg.norm(turned, axis=0)
     return np.asarray(np.divide(turned, sizes, out=vectors.astype(complex), where=sizes > 0.0))
 

@@ -28,6 +28,7 @@ _ROOM = 500.0  # powers of two by which products may grow before they are scaled
 _UNSCALED = 8  # values of the wire for which they are not scaled at most
 _MOST_ENTRIES = 1 << 25  # of all maps: 256 MiB
 _DOUBLED = 40  # times that the number of periods is doubled over which a sum is taken
+_GROWN = 1e30  # size of a period's map that is not that of a stable loop any more
 _eig: Any = scipy.linalg.eig
 
 
@@ -251,8 +252,10 @@ def _symplectic_poles(a: Array, g: Array, h: Array, unit: Array) -> npt.NDArray[
 
 
 def _lasting(closed: Array, entered: Array) -> Array:
-    """Return about the sum of what enters in all periods, which a stable loop forgets."""
+    """Return about the sum of what enters in all periods, which a stable loop forgets but for rounding."""
     for _ in range(_DOUBLED):
+        if np.max(np.abs(closed), initial=0.0) > _GROWN:
+            break
         entered, closed = entered + closed @ entered @ closed.T, closed @ closed
     return entered
 

@@ -92,7 +92,7 @@ def repeated(a: Array, b: Array, c: Array) -> Truths:
     found = np.zeros(ticks, dtype=np.int64)
     arrays = [np.ascontiguousarray(part) for part in (a, b, c)]
     run(_compare, (ticks, n), [*arrays, found], ((CONSTANT,) * 3, COUNTS))
-    return found[1:] != 0
+    return np.asarray(found[1:] != 0)
 
 
 def held(a: Array, b: Array, each: int) -> tuple[Array, Array]:

@@ -33,6 +33,7 @@ from proofmass.runner.analysis.margins import lifted, lifted_modes, scalar
 from proofmass.runner.analysis.margins.delays import delay_margin
 from proofmass.runner.analysis.margins.figures import Figures, decibels, least_gain_margin
 from proofmass.runner.analysis.margins.frequencies import check_by_sweep
+from proofmass.runner.analysis.margins.known_limits import known_parts, limits_note
 from proofmass.runner.analysis.margins.modes import Mode, seen
 from proofmass.runner.host.arrays import Complex
 from proofmass.runner.host.notebook import Plotted, html_table
@@ -154,7 +155,7 @@ def margins_at(system: OpenLoop, loop: str, open_at: str) -> Margins:
     if single is None or quotient is None:
         system, verdict, poles, hidden = lifted_modes.seen(system)
         figures = lifted.figures_of(system, verdict == "stable")
-        if system.map.others and verdict == "stable":
+        if verdict == "stable":
             system, figures = over_stretches(system, figures)
     else:
         closed = np.real(system.closed())
@@ -201,21 +202,29 @@ def least_of(instants: Sequence[Margins]) -> Margins:
 
 
 def over_stretches(system: OpenLoop, figures: Figures) -> tuple[OpenLoop, Figures]:
-    """Return a stable loop with a note on the range of its margins, and its figures with the least of them."""
-    others = [OpenLoop(other.between()) for other in system.map.others]
-    limits = [lifted.limits(gains) for gains in (figures.stable_gains, *map(lifted.stable_gains, others))]
+    """Return a stable loop and its figures with the least margins of all stretches of its run.
+
+    It has notes on their range, and on how well they are known.
+    """
+    loops = [system, *(OpenLoop(other.between()) for other in system.map.others)]
+    gains = (figures.stable_gains, *map(lifted.stable_gains, loops[1:]))
+    limits = [lifted.limits(intervals) for intervals in gains]
     reductions, margins = zip(*limits, strict=True)
-    turns = [figures.phase_margin, *map(lifted.critical_turn, others)]
+    turns = [figures.phase_margin, *map(lifted.critical_turn, loops[1:])]
     phases = [math.inf if turn is None else turn for turn in turns]
-    gain, phase = min(margins), min(phases)
+    reduction, gain, phase = max(reductions), min(margins), min(phases)
     worst = replace(
         figures,
         gain_margin=gain if math.isfinite(gain) else None,
-        gain_reduction=max(reductions) or None,
+        gain_reduction=reduction or None,
         phase_margin=phase if math.isfinite(phase) else None,
     )
-    told = ranges([least_gain_margin(*pair) for pair in limits], phases)
-    return system.noted(f"the least of their margins is shown: {told}") if told else system, worst
+    told = ranges([least_gain_margin(*pair) for pair in limits], phases) if len(loops) > 1 else ""
+    parts = [known_parts(*each) for each in zip(loops, limits, turns, strict=True)]
+    worst_of = reductions.index(reduction), margins.index(gain), phases.index(phase)
+    known = limits_note(max(parts[n][kind] for kind, n in enumerate(worst_of)), max(map(max, parts)))
+    notes = [f"the least of their margins is shown: {told}"] if told else []
+    return system.noted(*notes, *known), worst
 
 
 def ranges(gains: Sequence[float], turns: Sequence[float]) -> str:
