@@ -62,6 +62,16 @@ def test_a_calibration_is_a_loop_from_instant_to_instant(averaging: int, factor:
     assert any("closed for an instant" in note for note in found.system.map.notes)
 
 
+@pytest.mark.exhaustive("end of the run")
+@pytest.mark.parametrize(("at", "told"), [("0 s", ""), ("auto", "the end of the run, 60.01 s")])
+def test_a_loop_that_is_open_at_the_start_is_taken_where_the_run_has_got_to(at: str, told: str) -> None:
+    """From the start on it is looked for where it closes if that time is asked for."""
+    found = proofmass.margins(calibrated(29), "step.output", at=at)
+    assert found.system.map.told == told
+    assert found.gain_margin == pytest.approx(2.0, rel=2e-3)
+    assert found.phase_margin == pytest.approx(math.pi / 3.0, rel=2e-3)
+
+
 @pytest.mark.exhaustive
 def test_a_register_is_a_wire_with_one_value_a_calibration() -> None:
     found = proofmass.margins(calibrated(300), "register.value")
