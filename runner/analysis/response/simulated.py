@@ -148,7 +148,7 @@ def _compared(stimulus: Stimulus, bench: _Bench, rows: list[tuple[Repetition, Ar
         out, _ = wires.turns(f)
         lifted = np.einsum("fik,fk->fi", wires.lifted(f), repetition.spectrum(wires.entries))
         predicted = np.einsum("fi,fi->f", out, lifted) / wires.values
-        shown = np.fft.fft(output)[repetition.lines] / len(output)
+        shown = np.fft.fft(output)[repetition.lines] * out[:, 0] / len(output)
         gain = wires.gain(f)
         frequencies.append(f)
         linear.append(gain)

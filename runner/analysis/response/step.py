@@ -75,7 +75,7 @@ def _values(of: WireResponse) -> tuple[Array, Array]:
     for first, stride, errors in _decays(a, end, of.radius):
         starts.append(first + stride * np.arange(errors.shape[1]))
         rows.append((last[:, None] - c @ errors).T)
-    times = np.add.outer(np.concatenate(starts), np.arange(of.values) / of.values) * of.period
+    times = of.late + np.add.outer(np.concatenate(starts), np.arange(of.values) / of.values) * of.period
     return times.ravel(), np.concatenate(rows).ravel()
 
 
@@ -120,7 +120,7 @@ def _stays(times: Array, part: Array) -> float | None:
     """Return from when on the output stays near its final value."""
     outside = np.flatnonzero(np.abs(part - 1.0) > WITHIN)
     if not len(outside):
-        return 0.0
+        return float(times[0])
     last = int(outside[-1])
     if last + 1 == len(part):
         return None

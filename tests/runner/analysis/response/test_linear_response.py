@@ -13,6 +13,7 @@ from proofmass.blocks import (
     Decimator,
     DiscreteIntegrator,
     DiscreteTransferFunction,
+    Gain,
     LowPass,
     MovingAverage,
     UnitDelay,
@@ -125,6 +126,24 @@ def test_an_integrator_does_not_settle() -> None:
     assert found.step is None
     assert math.isinf(found.at_rest)
     assert any("does not settle" in note for note in found.notes)
+
+
+@pytest.mark.defect("S966", before="times of a step begin at the output's first value", after="at the step itself")
+@pytest.mark.parametrize(("source", "output"), [(0.0, 0.08), (0.03, 0.05), (0.03, 0.0)])
+def test_the_times_of_a_step_count_from_the_step_where_clocks_are_offset(source: float, output: float) -> None:
+    """The low-pass passes 98 % on the straight line between two values of 1 - exp(-t / tau)."""
+    graph = Graph(
+        name="",
+        rate="10 Hz",
+        blocks={"u": Constant(), "a": LowPass(corner_frequency=2.0), "b": Gain()},
+        wires=["u.output -> a.input", "a.output -> b.input"],
+        offsets={"u": f"{source} s", "b": f"{output} s"},
+    )
+    times = (output - source) % 0.1 + 0.1 * np.arange(100)
+    values = 1.0 - np.exp(-4.0 * np.pi * times)
+    step = response(graph, "u.output", "b.output").step
+    assert step is not None
+    assert step.settling == pytest.approx(np.interp(0.98, values, times), rel=1e-9)
 
 
 def test_what_no_wire_reaches_is_refused() -> None:

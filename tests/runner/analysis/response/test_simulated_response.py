@@ -60,6 +60,18 @@ def test_the_simulation_is_not_the_linearisation(two_rates: Graph) -> None:
     assert found.simulated.gain == pytest.approx(found.wires.gain(found.simulated.frequencies), rel=1e-5)
 
 
+@pytest.mark.defect("S967", before="a clock offset was 58 deg and 67 % from linear", after="the phase of the offset")
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_clock_offset_turns_the_phase_of_the_simulation(kind: StimulusKind) -> None:
+    blocks = {"u": Constant(value=0.0), "b": Gain()}
+    offsets = {"u": "20 ms", "b": "60 ms"}
+    graph = Graph(name="", rate="10 Hz", blocks=blocks, wires=["u.output -> b.input"], offsets=offsets)
+    run = response(graph, "u.output", "b.output", simulate=kind, amplitude=1.0, band=(1.0, 4.5)).simulated
+    assert run is not None
+    assert run.gain == pytest.approx(np.exp(-2j * np.pi * run.frequencies * 0.04), abs=1e-9)
+    assert run.deviation < 1e-9
+
+
 CLIP = Graph(
     name="",
     rate="10 kHz",
