@@ -17,8 +17,9 @@ import scipy.linalg
 
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.units import short_unit
-from proofmass.graphs.model.dependence import Dependence
+from proofmass.graphs.model.dependence import Dependence, FormulaStep
 from proofmass.graphs.model.graph import Endpoint, split
+from proofmass.graphs.model.targets import CLOCK_OFFSET, RATE
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.steady_state import SteadyState
@@ -53,7 +54,7 @@ class Sensitivity:
     unit: str
     value: float
     effects: tuple[Effect, ...]
-    undefined: tuple[str, ...] = ()  # parameters at a corner, or where the slope is infinite
+    undefined: tuple[str, ...] = ()  # those at a corner, of an infinite slope, or with a rate or integer behind them
 
     def as_data(self) -> dict[str, Any]:
         """The numbers as plain data."""
@@ -221,7 +222,7 @@ def ranked(
 ) -> Sensitivity:
     """Return a quantity, its strongest effect first; what rounding leaves of numbers of some size counts as zero."""
     values = Dependence(planned.graph.root)
-    no_slope = [value for value in values.numbers if not values.slopes(value).keys().isdisjoint(undefined)]
+    no_slope = [value for value in values.numbers if _has_no_slope(planned, values, value, undefined)]
     by_value = {name: slope for name, slope in _slopes_by_values(values, slopes).items() if name not in no_slope}
     effects = [_effect(planned, name, slope) for name, slope in slopes.items()]
     effects += [_with_percent(n, values.numbers[n], values.units[n], slope) for n, slope in by_value.items()]
@@ -230,6 +231,22 @@ def ranked(
     kept = [effect for effect in effects if changes[effect] > rounding]
     kept.sort(key=lambda e: (e.of_one_percent is None, -changes[e], e.parameter))
     return Sensitivity(quantity, unit, value if abs(value) > rounding else 0.0, tuple(kept), (*undefined, *no_slope))
+
+
+def _has_no_slope(planned: Plan, values: Dependence, value: str, undefined: tuple[str, ...]) -> bool:
+    """Return whether a value moves a parameter without a derivative, or what no derivative counts."""
+    followers = values.followers([value])
+    jumps = (not _is_smooth(planned, step) for step in followers if step.target not in values.numbers)
+    return any(jumps) or not values.slopes(value).keys().isdisjoint(undefined)
+
+
+def _is_smooth(planned: Plan, step: FormulaStep) -> bool:
+    """Return whether derivatives count what a formula moves: no rate or clock offset, integer or circuit."""
+    name, entry = split(step.target)
+    if step.fixed:
+        return entry not in (RATE, CLOCK_OFFSET)
+    kind = type(planned.blocks[name])
+    return kind.parameters[entry.partition("[")[0]].kind is not int and not kind.has_formats()
 
 
 def _effect(planned: Plan, key: str, slope: float) -> Effect:

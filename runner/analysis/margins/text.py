@@ -51,7 +51,8 @@ def sensitivity_text(sensitivity: Sensitivity) -> str:
         lines.append(f"  {effect.parameter:<32} {change:>12}  {effect.derivative:.6g}{per}")
     more = len(sensitivity.effects) - _ROWS
     lines += [f"  and {more} more"] if more > 0 else []
-    lines += [f"  {name:<32} {'':>12}  none: a corner, or an infinite slope" for name in sensitivity.undefined]
+    none = "none: a corner, or an infinite slope, or a rate or integer that follows"
+    lines += [f"  {name:<32} {'':>12}  {none}" for name in sensitivity.undefined]
     return "\n".join(lines)
 
 

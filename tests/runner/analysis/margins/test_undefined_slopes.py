@@ -6,12 +6,27 @@ from pathlib import Path
 
 import pytest
 
-from proofmass.blocks import BrownianForce, Constant, Gain, MassSpringDamper, Sum, UnitDelay
+from proofmass.blocks import (
+    BrownianForce,
+    Constant,
+    Delay,
+    DiscreteIntegrator,
+    FixedGain,
+    FixedQuantiser,
+    Gain,
+    MassSpringDamper,
+    Negation,
+    Sum,
+    UnitDelay,
+)
 from proofmass.blocks.declaration.declare import Block, Input, param
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.build import Graph
+from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.period_map import period_map
+from proofmass.runner.analysis.margins.margins import margins_at
+from proofmass.runner.analysis.margins.sensitivity import margin_sensitivities
 from proofmass.runner.command_line import main
 from proofmass.runner.planning.plan import plan
 
@@ -110,3 +125,45 @@ def test_a_signal_with_an_infinite_slope_is_refused() -> None:
         period_map(plan(root(0.0)), [("source", "output")], [("root", "output")])
     (problem,) = caught.value.problems
     assert (problem.key, problem.got) == ("blocks.root", "it has a corner here, or an infinite slope")
+
+
+@pytest.mark.defect(
+    "S968", before="-2.9 dB by a value that is also the ticks of a delay", after="no derivative: -4.65 dB from 3 to 4"
+)
+@pytest.mark.parametrize("follows", ["lag.ticks", "rate", "lag.clock_offset", "fixed.gain"])
+def test_a_value_that_moves_a_rate_or_an_integer_has_no_derivative(follows: str) -> None:
+    """The gain margin of an integrator K T / (z - 1) behind n ticks is 2 sin(pi / (2 (2 n + 1))) / (K T)."""
+    formulas = {"control.gain": "= 10 Hz * number", follows: "= number" + _UNITS.get(follows, "")}
+    graph = Graph(
+        name="",
+        rate="1 kHz",
+        blocks={
+            "lag": Delay(ticks=3),
+            "control": DiscreteIntegrator(gain=30.0, output_unit="1"),
+            "minus": Negation(),
+            "quantiser": FixedQuantiser(),
+            "fixed": FixedGain(gain=3.0),
+        },
+        wires=[
+            "control.output -> lag.input",
+            "lag.output -> minus.input",
+            "minus.output -> control.input",
+            "control.output -> quantiser.input",
+            "quantiser.output -> fixed.input",
+        ],
+        values={"number": 3.0},
+        formulas=formulas,
+    )
+    planned = plan(graph)
+    points = OperatingPoints(planned)
+    system = points.loop(("control", "output"), by_parameters=True)
+    found = margins_at(system, "main", "control.output")
+    gain, *_ = margin_sensitivities(planned, found, system)
+    assert "number" not in {effect.parameter for effect in gain.effects}
+    assert gain.undefined == ("number",)
+    assert "control.gain" in {effect.parameter for effect in gain.effects}
+    if follows == "lag.ticks":
+        assert gain.value == pytest.approx(20.0 * math.log10(2.0 * math.sin(math.pi / 14.0) / 0.03), abs=1e-6)
+
+
+_UNITS = {"rate": " * 100 Hz", "lag.clock_offset": " * 0.1 ms"}
