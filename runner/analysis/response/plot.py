@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from proofmass.blocks.declaration.shown_units import as_written, in_print, prefix
-from proofmass.runner.analysis.response.response import Response, phase_of
+from proofmass.runner.analysis.response.response import Response
 from proofmass.runner.analysis.response.simulated import Simulated
 from proofmass.runner.output.pictures import BLUE, INK, ORANGE, axis_label, phase_ticks, sheet
 
@@ -57,7 +57,7 @@ def _draw_gain(panel: Any, of: Response) -> None:
 
 
 def _draw_phase(panel: Any, of: Response) -> None:
-    phase = np.degrees(phase_of(of.gain))
+    phase = np.degrees(of.phase)
     panel.semilogx(of.frequencies, phase, color=BLUE)
     if of.simulated is not None:
         near = np.interp(np.log(of.simulated.frequencies), np.log(of.frequencies), phase)

@@ -33,6 +33,7 @@ from proofmass.runner.planning.plan import plan
 _BELOW = 0.1  # of the lowest corner, where a picture begins
 _EVEN = 200  # frequencies
 _DECADES = 6.0  # that it covers at most
+_A_TURN = 8  # frequencies for each turn that the phase may make
 _AT_REST = 1e-9  # of the largest gain: a gain at rest that is rounding
 _HALF = math.sqrt(0.5)
 _BISECTIONS = 60
@@ -60,6 +61,21 @@ class Response(Told, Plotted):
     time: float  # of the operating point, in seconds
     notes: tuple[str, ...]  # on the operating point
     simulated: Simulated | None = None  # the gains of a simulation
+
+    @cached_property
+    def phase(self) -> Array:
+        """Phase in radians at the frequencies, counted on without jumps from rest, or from the lowest frequency.
+
+        At rest it is 0 or pi. Each pole and each zero turn it by half a turn at most, in each line of a period.
+        """
+        wires, top = self.wires, max(self.wires.top, float(np.max(self.frequencies)))
+        turns = (len(wires.matrices[0]) + 2) * max(wires.values, wires.entries)
+        even = np.linspace(0.0, top, _A_TURN * turns + 1)[1:]
+        w = np.unique(np.concatenate([self._samples.w, even[even > self._samples.w[0]]]))
+        angles = np.angle(wires.gain(w))
+        if w[0] == 0.0:
+            angles[0] = abs(angles[0])  # a gain at rest is real: the sign of its imaginary part is rounding
+        return np.asarray(np.unwrap(angles)[np.searchsorted(w, self.frequencies)])
 
     @cached_property
     def at_rest(self) -> float:
@@ -141,7 +157,7 @@ class Response(Told, Plotted):
             "low_corner_hz": low, "bandwidth_hz": high, "delay_s": self.delay,
             "step": self.step.as_data() if self.step else None,
             "frequencies_hz": self.frequencies.tolist(),
-            "gain": np.abs(self.gain).tolist(), "phase_deg": np.degrees(phase_of(self.gain)).tolist(),
+            "gain": np.abs(self.gain).tolist(), "phase_deg": np.degrees(self.phase).tolist(),
             "simulated": self.simulated.as_data() if self.simulated else None,
             "notes": list(self.notes),
         }  # fmt: skip
@@ -258,11 +274,6 @@ def response_of_map(
         whole.time,
         _notes(whole, wires),
     )
-
-
-def phase_of(gain: Complex) -> Array:
-    """Phase in radians that goes on without jumps."""
-    return np.asarray(np.unwrap(np.angle(gain)))
 
 
 def _shown(wires: WireResponse) -> Array:

@@ -51,7 +51,7 @@ def _table(of: Response) -> list[str]:
     lines = [f"  {'frequency [Hz]':>16} {'gain':>12} {'phase [deg]':>12}"]
     for row in rows:
         gain = complex(of.gain[row])
-        lines.append(f"  {of.frequencies[row]:16.6g} {abs(gain):12.6g} {math.degrees(np.angle(gain)):12.2f}")
+        lines.append(f"  {of.frequencies[row]:16.6g} {abs(gain):12.6g} {math.degrees(of.phase[row]):12.2f}")
     return lines
 
 

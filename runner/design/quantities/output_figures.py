@@ -58,8 +58,7 @@ def read_response(
 def value_of_response(response: Response, figure: str) -> float:
     """Return a figure of a response in its unit; gain and phase are at its first frequency."""
     if figure in ("gain", "phase"):
-        gain = complex(response.gain[0])
-        return abs(gain) if figure == "gain" else float(np.degrees(np.angle(gain)))
+        return float(abs(response.gain[0]) if figure == "gain" else np.degrees(response.phase[0]))
     if figure == "peak":
         return response.peak[1]
     if figure in ("bandwidth", "delay"):

@@ -11,6 +11,7 @@ from proofmass import Graph, response
 from proofmass.blocks import (
     Constant,
     Decimator,
+    Delay,
     DiscreteIntegrator,
     DiscreteTransferFunction,
     Gain,
@@ -20,6 +21,7 @@ from proofmass.blocks import (
 )
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.runner.design.quantities.output_figures import value_of_response
 
 RATE = 1000.0
 
@@ -201,3 +203,16 @@ def test_straight_lines_between_the_frequencies_shown_follow_a_resonance(quality
 
 def test_the_largest_gain_of_a_low_pass_filter_is_at_rest() -> None:
     assert response(first_order(0.9), "u.output", "a.output").peak == (0.0, pytest.approx(1.0, rel=1e-12))
+
+
+@pytest.mark.defect("S969", before="a lag of 432 deg met a limit of -100 deg: -72 deg", after="all turns are counted")
+@pytest.mark.parametrize(("ticks", "gain", "at_rest"), [(4, 1.0, 0.0), (400, 1.0, 0.0), (400, -2.0, 180.0)])
+def test_the_phase_counts_turns_from_rest_whatever_frequencies_are_asked_for(
+    ticks: int, gain: float, at_rest: float
+) -> None:
+    graph = chain(Delay(ticks=ticks), Gain(gain=gain))
+    whole = response(graph, "u.output", "b.output")
+    lags = 360.0 * ticks * whole.frequencies / RATE
+    assert np.degrees(whole.phase) == pytest.approx(at_rest - lags, abs=1e-6)
+    single = response(graph, "u.output", "b.output", frequencies=[300.0])
+    assert value_of_response(single, "phase") == pytest.approx(at_rest - 108.0 * ticks, abs=1e-6)
