@@ -23,8 +23,11 @@ def doubled(columns: Array, power: Array, count: int) -> tuple[Array, Array]:
     return columns, power
 
 
-def step_response(margins: Margins) -> tuple[Array, Array]:
-    """Return times in seconds, and values at the wire, a row each, with all of a period."""
+def sampled_step(margins: Margins) -> tuple[Array, Array, Array, Array, float]:
+    """Return A, B, C and D of the closed loop for a constant added at its wire, and the seconds between two values.
+
+    All values of the wire in a period are rows of C and D. A loop in continuous time is sampled often.
+    """
     system, poles = margins.system, margins.poles
     _, b, c, d = system.matrices
     inverse = np.linalg.inv(np.eye(len(d)) + d)
@@ -34,14 +37,21 @@ def step_response(margins: Margins) -> tuple[Array, Array]:
         step = 1.0 / (_POINTS * float(np.max(np.abs(poles), initial=0.0) or 1.0))
         exponential = scipy.linalg.expm(_whole(closed, entry, 0.0) * step)
         closed, entry = exponential[:-1, :-1], exponential[:-1, -1]
-        poles = np.exp(poles * step)
+    whole = np.asarray(closed, dtype=np.float64), np.asarray(entry, dtype=np.float64)[:, None]
+    return *whole, inverse @ c, (d @ inverse).sum(axis=1)[:, None], step
+
+
+def step_response(margins: Margins) -> tuple[Array, Array]:
+    """Return times in seconds, and values at the wire, a row each, with all of a period."""
+    closed, entry, out, direct, step = sampled_step(margins)
+    poles = np.exp(margins.poles * step) if margins.system.continuous else margins.poles
     speed = abs(math.log(min(max(float(np.max(np.abs(poles), initial=0.0)), 1e-300), 1e300)))
     count = 1 << math.ceil(math.log2(min(max(-math.log(_DECAYED) / max(speed, 1e-12), _FEWEST), _MOST)))
     columns = np.zeros((len(closed) + 1, 1))
-    power = _whole(np.asarray(closed, dtype=np.float64), np.asarray(entry, dtype=np.float64), 1.0)
+    power = _whole(closed, entry[:, 0], 1.0)
     columns[-1] = 1.0
     columns, _ = doubled(columns, power, count)  # x[n + 1] = A x[n] + b from rest
-    values = (inverse @ c) @ columns[:-1] + (d @ inverse).sum(axis=1)[:, None]
+    values = out @ columns[:-1] + direct
     return np.asarray(np.arange(count) * step, dtype=np.float64), np.asarray(values.T, dtype=np.float64)
 
 

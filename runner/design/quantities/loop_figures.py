@@ -15,14 +15,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from proofmass.runner.analysis.linearisation.balance import balanced
+from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.wire_response import WireResponse
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.analysis.margins.lifted import closed_samples, largest
 from proofmass.runner.analysis.margins.margins import Margins, margins_at
 from proofmass.runner.analysis.margins.sensitivity import by_gain, by_turn, closed_slope
-from proofmass.runner.analysis.margins.step import WITHIN, step_response
+from proofmass.runner.analysis.margins.step import sampled_step
+from proofmass.runner.analysis.response.step import step_response
 from proofmass.runner.host.arrays import Complex
 
 _DECIBELS = 20.0 / math.log(10.0)
@@ -266,31 +268,15 @@ def growth(system: OpenLoop, parameters: Sequence[str]) -> Reading:
 
 
 def step_figures(margins: Margins) -> dict[str, float]:
-    """Return the overshoot in per cent and the settling time of T within 2 % in seconds, of the mean over a period."""
-    times, rows = step_response(margins)
-    values = rows.mean(axis=1)
-    final = _final(margins.system)
-    if final == 0.0 or not len(values):
-        return {"overshoot": math.inf, "settling_time": math.inf}
-    apart = values / final - 1.0
-    outside = np.flatnonzero(np.abs(apart) > WITHIN)
-    settled = 0.0
-    if len(outside):
-        last = int(outside[-1])
-        if last + 1 >= len(apart):
-            settled = math.inf
-        else:  # between two values the straight line
-            before, after = abs(float(apart[last])), abs(float(apart[last + 1]))
-            settled = float(times[last] + (times[last + 1] - times[last]) * (before - WITHIN) / (before - after))
-    return {"overshoot": 100.0 * max(float(np.max(apart)), 0.0), "settling_time": settled}
+    """Return the overshoot in per cent and the settling time of T within 2 % in seconds, of the mean over a period.
 
-
-def _final(system: OpenLoop) -> float:
-    _, b, c, d = system.matrices
-    inverse = np.linalg.inv(np.eye(len(d)) + d)
-    closed = np.real(system.closed())
-    rest = -closed if system.continuous else np.eye(len(closed)) - closed
-    alike, scale = balanced(rest)
-    entry = (b @ inverse).sum(axis=1) / scale
-    held = scale * np.linalg.lstsq(alike, entry)[0]  # the loop may not see some mode that lasts
-    return float(((inverse @ c) @ held + (d @ inverse).sum(axis=1)).mean())
+    They are infinite where T is zero at rest. Modes that last, which no figure sees, are left out.
+    """
+    a, b, c, d, step = sampled_step(margins)
+    c, d = c.mean(axis=0, keepdims=True), d.mean(axis=0, keepdims=True)
+    found = step_response(WireResponse((*Lasting(a).without(a, b, c), d), step))
+    over, settling = (None, None) if found is None else (found.figures.overshoot, found.figures.settling)
+    return {
+        "overshoot": math.inf if over is None else 100.0 * over,
+        "settling_time": math.inf if settling is None else settling,
+    }

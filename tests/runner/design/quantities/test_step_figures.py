@@ -5,6 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from proofmass import Graph, margins
+from proofmass.blocks import DiscreteIntegrator, LowPass, Negation
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.margins.margins import margins_of
@@ -41,3 +43,27 @@ def test_a_step_of_first_order() -> None:
     found = step_figures(margins_of(loop, "main", "plant.output"))
     assert found["overshoot"] == 0.0
     assert found["settling_time"] == pytest.approx(math.log(50.0) / 40.0, rel=1e-3)
+
+
+@pytest.mark.defect(
+    "S970", before="no overshoot and no settling beyond 262,144 periods", after="figures at any time, as of a response"
+)
+def test_the_step_of_a_loop_that_is_slow_beside_its_ticks() -> None:
+    """L = w^2 / (s (s + 2 d w)) in ticks of 1 us: it rises by exp(-pi d / sqrt(1 - d^2)) after 1.6 million ticks."""
+    w, d = 2.0, 0.3
+    graph = Graph(
+        name="",
+        rate="1 MHz",
+        blocks={
+            "minus": Negation(),
+            "lag": LowPass(corner_frequency=d * w / math.pi),
+            "control": DiscreteIntegrator(gain=0.5 * w / d, output_unit="1"),
+        },
+        wires=["control.output -> minus.input", "minus.output -> lag.input", "lag.output -> control.input"],
+    )
+    found = step_figures(margins(graph, "control.output"))
+    root = math.sqrt(1.0 - d * d)
+    assert found["overshoot"] == pytest.approx(100.0 * math.exp(-math.pi * d / root), rel=1e-4)
+    times = np.linspace(0.0, 10.0, 100_001)
+    apart = np.exp(-d * w * times) * np.sin(w * root * times + math.acos(d)) / root
+    assert found["settling_time"] == pytest.approx(times[np.flatnonzero(np.abs(apart) > 0.02)[-1]], rel=1e-3)
