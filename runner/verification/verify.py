@@ -11,7 +11,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.requirements import PROVABLE, StabilityVerdict, asked, quantity_of
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Graph
-from proofmass.graphs.model.loops import AUTO
+from proofmass.graphs.model.loops import AUTO, MARGIN_MEASURES
 from proofmass.graphs.model.quantities import (
     LoopFigure,
     MeasureOf,
@@ -134,6 +134,8 @@ class Measurements:
             return self._yield(quantity)
         if isinstance(requirement.quantity, str):
             return self.margins(requirement.at)[requirement.quantity]
+        if isinstance(quantity, LoopFigure) and quantity.loop in self.flat.loops and quantity.figure in MARGIN_MEASURES:
+            return self.margins(requirement.at)[f"{quantity.loop}.{quantity.figure}"]
         assert not isinstance(quantity, StabilityVerdict)
         reading = Evaluator(self.graph, {_IT: quantity}, requirement.at, {}).readings({}, slopes=False)[_IT]
         return math.nan if reading is None else reading.value

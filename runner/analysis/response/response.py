@@ -220,6 +220,7 @@ def response_at(
     """Return the response as `response` does, at the first operating point that has one: several share the points."""
     planned = points.plan
     source, target = node_of(planned, input), node_of(planned, output)
+    refuse_beyond(planned, source, target, frequencies)
     first = common_period(planned, [source], [target])
     at_tick = points.answered(lambda about: response_of(about, source, target, frequencies), first)
     if simulate is None:
@@ -237,6 +238,23 @@ def response_at(
         progress,
     )
     return replace(at_tick, simulated=run)
+
+
+def refuse_beyond(planned: Plan, source: Endpoint, target: Endpoint, frequencies: Sequence[float]) -> None:
+    """Raise `ModelError` for frequencies that neither values of the source nor of the target tell from lower ones."""
+    most = 0.5 / (min(planned.stride(source), planned.stride(target)) * planned.period)
+    wrong = [f for f in frequencies if not 0.0 <= f <= most * (1.0 + 1e-9)]
+    if wrong:
+        raise planned.graph.placed(
+            Problem(
+                message="values at ticks have no response at this frequency of the signal",
+                key=".".join(target),
+                got=f"{wrong[0]:g} Hz",
+                expected=f"0 Hz to {most:g} Hz, half the higher rate",
+                hint=f"let {source[0]} or {target[0]} tick faster",
+                path=("blocks", target[0]),
+            )
+        ).error
 
 
 def response_of(

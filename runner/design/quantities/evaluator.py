@@ -32,6 +32,7 @@ from proofmass.runner.analysis.linearisation.linearise import node_of, one_loop
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.margins.margins import Margins, margins_at
 from proofmass.runner.analysis.margins.sensitivity import transfer_sensitivities
+from proofmass.runner.analysis.response.response import refuse_beyond
 from proofmass.runner.design.quantities.loop_figures import Reading, growth, read_figure, value_of_figure
 from proofmass.runner.design.quantities.output_figures import read_noise, read_response
 from proofmass.runner.host.arrays import Array
@@ -68,6 +69,9 @@ class Evaluator:
         self.measures = {name: q.measure for name, q in quantities.items() if isinstance(q, MeasureOf)}
         self.yields = {name: q.limit for name, q in quantities.items() if isinstance(q, YieldOf)}
         self._study = YieldRuns(study, self.yields.values()) if self.yields else None
+        for q in quantities.values():
+            if isinstance(q, ResponseFigure) and q.frequency is not None:
+                refuse_beyond(self.plan, node_of(self.plan, q.input), node_of(self.plan, q.output), [q.frequency])
         self.evaluations = 0
         self._course = Course(self.plan)  # whose machine code all plans share
         self._ways = dict[str, At]()  # to the operating point of each loop

@@ -130,3 +130,15 @@ def test_a_margin_is_required_at_every_phase() -> None:
     for limit, told in ((22.4, []), (22.6, ["22.5 dB, at another phase of what oscillates"])):
         text = TEXT.replace('"error.output"\n', f'"error.output"\ngain_margin = "{limit} dB"\n')
         assert [problem.got for problem in missed(plan(read_graph_text(text)), found)] == told
+
+
+@pytest.mark.defect(
+    "S972", before="by loop and figure: 26.02 dB, that of the run", after="22.50 dB, as the name"
+)
+def test_a_figure_in_a_table_is_that_of_the_loop_by_name() -> None:
+    """The factor is 1.5 at the worst phase: 2 / 0.15."""
+    quantity = '{ loop = "main", figure = "gain_margin" }'
+    wanted = f'[requirements]\nA = {{ quantity = {quantity}, at = "settled", at_least = "24 dB" }}\n'
+    (finding,) = (one for one in verify(Measurements(read_graph_text(TEXT + wanted), None)) if one.id == "A")
+    assert finding.value == pytest.approx(20.0 * math.log10(2.0 / 0.15), abs=0.01)
+    assert not finding.met

@@ -7,7 +7,7 @@ import pytest
 import scipy.optimize
 import scipy.signal
 
-from proofmass import Graph, response
+from proofmass import Graph, response, worst
 from proofmass.blocks import (
     Constant,
     Decimator,
@@ -216,3 +216,19 @@ def test_the_phase_counts_turns_from_rest_whatever_frequencies_are_asked_for(
     assert np.degrees(whole.phase) == pytest.approx(at_rest - lags, abs=1e-6)
     single = response(graph, "u.output", "b.output", frequencies=[300.0])
     assert value_of_response(single, "phase") == pytest.approx(at_rest - 108.0 * ticks, abs=1e-6)
+
+
+@pytest.mark.defect("S971", before="at 700 Hz the gain of 300 Hz, of values at 1 kHz", after="refused: 0 to 500 Hz")
+@pytest.mark.parametrize("frequency", [700.0, -3.0, math.nan, 1e9])
+def test_frequencies_beyond_half_the_rates_are_refused(frequency: float) -> None:
+    graph = chain(LowPass(corner_frequency=100.0), Gain())
+    with pytest.raises(ModelError, match="no response at this frequency"):
+        response(graph, "u.output", "b.output", frequencies=[frequency])
+    wanted = {"gain": {"response": "b.output", "input": "u.output", "frequency": frequency}}
+    with pytest.raises(ModelError, match="frequency"):
+        worst(graph, wanted, tolerances={"b.gain": "5 %"}, samples=1)
+
+
+def test_a_fast_source_has_a_response_beyond_half_the_rate_of_what_it_moves() -> None:
+    graph = chain(Gain(), Gain(), rates=("1 kHz", "100 Hz"))
+    assert abs(response(graph, "u.output", "b.output", frequencies=[450.0]).gain[0]) == pytest.approx(1.0)
