@@ -1,6 +1,9 @@
 """A study as text for people."""
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
+
+import numpy as np
 
 from proofmass.graphs.studies.ages import age_text, some_of
 from proofmass.runner.output.counts import count
@@ -44,6 +47,18 @@ def _table(result: StudyResult) -> Iterator[str]:
         rows.append((row["measure"], "" if row["unit"] == "1" else row["unit"], age_text(row["age_s"]), *numbers))
     yield from text_table(rows, left=(0, 1))
     yield "in brackets half of the 95 % confidence interval, in units of the last digits; none of too few runs"
+    yield from _without_value(result)
+
+
+def _without_value(result: StudyResult) -> Iterator[str]:
+    """Yield measures that runs without a fault have no value of, at the age at which most have none."""
+    failed = Counter(epoch for _, epoch in result.faults)
+    sound = [len(result.numbers) - failed[epoch] for epoch in range(len(result.study.epochs))]
+    for measure in result.measures:
+        known = np.isfinite(result.values[measure.name]).sum(axis=0).tolist()
+        few, runs = min(zip(known, sound, strict=True), key=lambda pair: pair[0] - pair[1])
+        if few < runs:
+            yield f"{measure.name}: {few:,} of {count(runs, 'run')} have a value; the others do not count"
 
 
 def _against_first(points: Mapping[str, StudyResult]) -> Iterator[str]:

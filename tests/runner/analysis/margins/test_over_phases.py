@@ -132,9 +132,7 @@ def test_a_margin_is_required_at_every_phase() -> None:
         assert [problem.got for problem in missed(plan(read_graph_text(text)), found)] == told
 
 
-@pytest.mark.defect(
-    "S972", before="by loop and figure: 26.02 dB, that of the run", after="22.50 dB, as the name"
-)
+@pytest.mark.defect("S972", before="by loop and figure: 26.02 dB, that of the run", after="22.50 dB, as the name")
 def test_a_figure_in_a_table_is_that_of_the_loop_by_name() -> None:
     """The factor is 1.5 at the worst phase: 2 / 0.15."""
     quantity = '{ loop = "main", figure = "gain_margin" }'

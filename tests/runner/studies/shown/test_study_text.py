@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from proofmass.runner.studies.shown.text import study_text
 from tests.by_hand.study_results import AGED, LIMITED, SWEPT, study_result
@@ -89,3 +90,10 @@ def test_one_age_an_early_end_a_lost_worker_and_the_first_fault() -> None:
 def test_many_points_are_told_together() -> None:
     swept = f'sweep = {{ "filter.corner_frequency" = {[*range(1, 14)]} }}\n'
     assert study_text(study_result(swept, {"bias": [[k] for k in range(13)]})) == MANY_POINTS
+
+
+@pytest.mark.defect("S973", before="the mean of 1 of 3 runs, as if of all", after="how many runs have a value")
+def test_measures_that_some_runs_have_no_value_of_are_named() -> None:
+    lines = study_text(study_result(LIMITED, {"bias": [[0.5], [np.nan], [np.inf]], "noise": [[5.0], [6.0], [7.0]]}))
+    assert "bias: 1 of 3 runs have a value; the others do not count" in lines.splitlines()
+    assert "noise: " not in lines.replace("yield, noise: ", "")
