@@ -5,6 +5,7 @@ Damages are a bit, a byte, a cut, two stretches swapped, a garbage page, and a f
 
 import random
 import shutil
+import sqlite3
 from collections.abc import Callable
 from pathlib import Path
 
@@ -20,8 +21,8 @@ from proofmass.runner.run.checkpoint import FILE as CHECKPOINT
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import simulate
 from proofmass.runner.studies.kept.ledger import FILE as LEDGER
-from proofmass.runner.studies.kept.ledger import Ledger
-from proofmass.runner.studies.outcome.outcomes import SensorRun, outcomes_of
+from proofmass.runner.studies.kept.ledger import Ledger, repair, whole_stretches
+from proofmass.runner.studies.outcome.outcomes import Outcomes, SensorRun, outcomes_of
 from proofmass.runner.studies.whole.study import run_study
 from tests.runner.run.test_checkpoint import interrupt_after, made
 
@@ -169,6 +170,63 @@ def test_what_is_whole_beside_a_damaged_row_is_kept(tmp_path: Path) -> None:
     for first in range(0, 1000, 10):
         ledger.keep([outcomes_of([SensorRun(first + n, 0, (0.5,)) for n in range(10)], 1, 1)])
     ledger._data.execute("UPDATE stretches SET numbers = zeroblob(80) WHERE first = 420")
-    kept = [int(n) for part in ledger.whole(0, 1000) for n in part.numbers]
     ledger.close()
-    assert kept == [n for n in range(1000) if not 420 <= n < 430]
+    kept = [int(n) for part in whole_stretches(path, 1, 1, {"graph": "a"}) for n in part.numbers]
+    assert sorted(kept) == [n for n in range(1000) if not 420 <= n < 430]
+
+
+@pytest.mark.defect(
+    "S951", before="280 whole runs beyond the 20 asked for are dropped", after="all whole runs are kept"
+)
+def test_fewer_runs_do_not_drop_whole_ones(tmp_path: Path) -> None:
+    path, text = tmp_path / "study.toml", STUDY.format(seed=5)
+    path.write_text(text)
+    study = read_study(path)
+    for runs in range(20, 301, 20):
+        run_study(study, runs=runs, engine="python", folder=tmp_path / "now")
+    ledger = tmp_path / "now" / LEDGER
+    eighth = np.float64(run_study(study, runs=8, engine="python")["mean"][7, 0]).tobytes()
+    ledger.write_bytes(ledger.read_bytes().replace(eighth, b"\1" + eighth[1:]))
+    assert len(run_study(study, runs=20, engine="python", folder=tmp_path / "now", repair=True).numbers) == 20
+    with sqlite3.connect(ledger) as kept:
+        assert kept.execute("SELECT sum(runs) FROM stretches").fetchone() == (300,)
+    kept.close()
+
+
+@pytest.mark.defect("S952", before="one page above the others is damaged: holds no whole run", after="all are kept")
+@pytest.mark.defect("H890", before="16 s to find none of 200,000 runs", after="as long as it takes to read the file")
+@pytest.mark.parametrize("runs", [20, 2000], ids=["many rows on a page", "a row on many pages"])
+def test_rows_below_a_damaged_page_are_kept(tmp_path: Path, runs: int) -> None:
+    """A page of type 5 leads to others; a damaged one hides what it leads to, which is whole."""
+    path, facts = tmp_path / LEDGER, {"graph": "a"}
+    ledger = Ledger(path, ["m"], 1, facts)
+    for first in range(0, 100 * runs, runs):
+        values = np.arange(first, first + runs, dtype=float).reshape(runs, 1, 1)
+        ledger.keep([Outcomes(np.arange(first, first + runs), values, {})])
+    ledger.close()
+    data = bytearray(path.read_bytes())
+    above = [page for page in range(4096, len(data), 4096) if data[page] == 5]
+    for page in above:
+        data[page : page + 4096] = bytes(4096)
+    path.write_bytes(data)
+    repair(path, ["m"], 1, facts)
+    anew = Ledger(path, ["m"], 1, facts)
+    kept = anew.outcomes(100 * runs)
+    anew.close()
+    assert above
+    assert kept.numbers.tolist() == kept.values.ravel().tolist() == list(range(100 * runs))
+
+
+def test_runs_in_the_log_of_a_killed_process_are_kept(tmp_path: Path) -> None:
+    """What is copied while the ledger is open has its rows in the log; one cut off there has those before."""
+    ledger = Ledger(tmp_path / LEDGER, ["m"], 1, {"graph": "a"})
+    for first in range(4):
+        ledger.keep([outcomes_of([SensorRun(first, 0, (0.5,))], 1, 1)])
+    killed = tmp_path / "killed.sqlite"
+    killed.write_bytes((tmp_path / LEDGER).read_bytes())
+    log = (tmp_path / f"{LEDGER}-wal").read_bytes()
+    ledger.close()
+    for cut, runs in ((len(log), 4), (len(log) - 1, 3)):
+        (tmp_path / "killed.sqlite-wal").write_bytes(log[:cut])
+        kept = {int(n) for part in whole_stretches(killed, 1, 1, {"graph": "a"}) for n in part.numbers}
+        assert kept == set(range(runs))

@@ -13,18 +13,20 @@ import json
 import os
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.host.arrays import AnyArray
+from proofmass.runner.studies.kept.pages import stored_rows
 from proofmass.runner.studies.outcome.outcomes import Outcomes, together
 
 FILE = "ledger.sqlite"
 VERSION = 2  # of the form of the file; the first had no check sums
-_HELD = "<f8"
+_FLOATS = "<f8"
 _REPAIR = "proofmass montecarlo --repair keeps the runs that are whole, and runs the others again"
 _REFUSALS = {  # of the operating system, by the names of SQLite
     "SQLITE_FULL": errno.ENOSPC,
@@ -39,15 +41,11 @@ _REFUSALS = {  # of the operating system, by the names of SQLite
 class Ledger:
     """Runs of one study at all its epochs. `facts` determine the bits; a later start must have the same ones.
 
-    Of a file that is `damaged` nothing is expected: `whole` gives what can be read.
-
     Raises `ModelError` if the file is of another study, or is damaged; `OSError` if the disk
     refuses.
     """
 
-    def __init__(
-        self, path: Path | None, measures: Iterable[str], epochs: int, facts: dict[str, str], damaged: bool = False
-    ) -> None:
+    def __init__(self, path: Path | None, measures: Iterable[str], epochs: int, facts: dict[str, str]) -> None:
         self.measures, self.epochs = tuple(measures), epochs
         self.path = path
         self._facts = _told(facts)
@@ -55,8 +53,7 @@ class Ledger:
             self._data = sqlite3.connect(_address(path), isolation_level=None, uri=True)
         try:
             with self._explained():
-                if not damaged:
-                    self._begin(facts)
+                self._begin(facts)
         except BaseException:
             self.close()
             raise
@@ -94,9 +91,9 @@ class Ledger:
             new = all_of_them.chosen(~np.isin(all_of_them.numbers, self._numbers(all_of_them.numbers)))
             for part in new.stretches():
                 first, runs = int(part.numbers[0]), len(part.numbers)
-                numbers = np.ascontiguousarray(part.values, dtype=_HELD).tobytes()
+                numbers = np.ascontiguousarray(part.values, dtype=_FLOATS).tobytes()
                 faults = json.dumps([[*key, text] for key, text in part.faults.items()])
-                row = (first, runs, numbers, faults, self._sum(first, runs, numbers, faults))
+                row = (first, runs, numbers, faults, _sum(self._facts, first, runs, numbers, faults))
                 self._data.execute("INSERT INTO stretches VALUES (?, ?, ?, ?, ?)", row)
             self._data.execute("COMMIT")
 
@@ -112,31 +109,12 @@ class Ledger:
             raise self._damaged("runs stand in two rows")
         return every.chosen(every.numbers < below)
 
-    def whole(self, first: int, below: int) -> Iterator[Outcomes]:
-        """Yield stretches that begin in a range of runs, without damaged ones."""
-        with suppress(sqlite3.DatabaseError, ModelError):
-            yield from list(self._stretches(first, below))
-            return
-        if below - first > 1:
-            middle = (first + below) // 2
-            yield from self.whole(first, middle)
-            yield from self.whole(middle, below)
-
     def _stretches(self, first: int, below: int) -> Iterator[Outcomes]:
         asked = "SELECT first, runs, numbers, faults, sum FROM stretches WHERE first >= ? AND first < ? ORDER BY first"
         for *row, kept in self._data.execute(asked, (first, below)):
-            if kept != self._sum(*row):
+            if kept != _sum(self._facts, *row):
                 raise self._damaged(f"the row of the runs from {row[0]} on differs from its check sum")
-            start, runs, numbers, faults = row
-            values = np.frombuffer(numbers, dtype=_HELD).reshape(runs, self.epochs, len(self.measures))
-            told = {(run, epoch): text for run, epoch, text in json.loads(faults)}
-            yield Outcomes(np.arange(start, start + runs), values, told)
-
-    def _sum(self, first: int, runs: int, numbers: bytes, faults: str) -> bytes:
-        """Return the check sum of a row: a row of another study differs too."""
-        digest = hashlib.sha256(b"%b\0%b\0" % (self._facts, repr((first, runs, faults)).encode()))
-        digest.update(numbers if isinstance(numbers, bytes) else b"damaged")
-        return digest.digest()
+            yield _held(row, self.epochs, len(self.measures))
 
     def _numbers(self, about: AnyArray) -> AnyArray:
         """Return the numbers of runs in the ledger, between the least and greatest of `about`."""
@@ -175,16 +153,13 @@ class Ledger:
         return Problem(message=message, file=str(self.path), got=got, hint=hint).error
 
 
-def repair(path: Path, measures: Sequence[str], epochs: int, facts: dict[str, str], below: int) -> None:
-    """Write a damaged ledger anew with its whole runs below a number; the old file stays beside it as `.damaged`.
+def repair(path: Path, measures: Sequence[str], epochs: int, facts: dict[str, str]) -> None:
+    """Write a damaged ledger anew with all its whole runs; the old file stays beside it as `.damaged`.
 
     Raises `ModelError` if no run is whole.
     """
-    damaged, partial = Ledger(path, measures, epochs, facts, damaged=True), path.with_suffix(".partial")
-    try:
-        found = together(list(damaged.whole(0, below)), epochs, len(measures))
-    finally:
-        damaged.close()
+    partial = path.with_suffix(".partial")
+    found = together(list(whole_stretches(path, epochs, len(measures), facts)), epochs, len(measures))
     if not len(found.numbers):
         hint = "name another folder, or remove the file: its runs are run again"
         raise Problem(message="holds no whole run of this study", file=str(path), hint=hint).error
@@ -196,6 +171,29 @@ def repair(path: Path, measures: Sequence[str], epochs: int, facts: dict[str, st
     for ending in ("-wal", "-shm"):  # of the old file: SQLite would write them into the new one
         Path(f"{path}{ending}").unlink(missing_ok=True)
     partial.replace(path)
+
+
+def whole_stretches(path: Path, epochs: int, measures: int, facts: dict[str, str]) -> Iterator[Outcomes]:
+    """Yield the stretches that are whole, in any order, whatever is damaged beside them."""
+    told = _told(facts)
+    for first, *columns in stored_rows(path):
+        if len(columns) == 5 and columns[4] == _sum(told, first, *columns[1:4]):
+            yield _held([first, *columns[1:4]], epochs, measures)
+
+
+def _held(row: Sequence[Any], epochs: int, measures: int) -> Outcomes:
+    """Return the runs of a row."""
+    first, runs, numbers, faults = row
+    values = np.frombuffer(numbers, dtype=_FLOATS).reshape(runs, epochs, measures)
+    told = {(run, epoch): text for run, epoch, text in json.loads(faults)}
+    return Outcomes(np.arange(first, first + runs), values, told)
+
+
+def _sum(facts: bytes, first: int, runs: int, numbers: bytes, faults: str) -> bytes:
+    """Return the check sum of a row: a row of another study differs too."""
+    digest = hashlib.sha256(b"%b\0%b\0" % (facts, repr((first, runs, faults)).encode()))
+    digest.update(numbers if isinstance(numbers, bytes) else b"damaged")
+    return digest.digest()
 
 
 def _address(path: Path | None) -> str:

@@ -105,7 +105,7 @@ def run_sensors(
     facts = facts_of(sensors) if path else {}
     names = [measure.name for measure in sensors.measures]
     if repair and path is not None and path.exists():
-        rewrite(path, names, len(study.epochs), facts, total)
+        rewrite(path, names, len(study.epochs), facts)
     ledger, lost = Ledger(path, names, len(study.epochs), facts), list[str]()
     try:
         if folder is not None:

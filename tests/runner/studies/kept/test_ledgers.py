@@ -1,39 +1,29 @@
 """Ledgers that are read beside damaged rows, and where nothing may be written."""
 
 import os
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.studies.kept.folder import last_result
-from proofmass.runner.studies.kept.ledger import FILE, Ledger
+from proofmass.runner.studies.kept.ledger import FILE, Ledger, whole_stretches
 from proofmass.runner.studies.outcome.outcomes import SensorRun, outcomes_of
 from proofmass.runner.studies.whole.study import run_study
 from tests.by_hand.study_texts import STUDY
 
 
-class Damaged(Ledger):
-    """Stretches of one run each, of which reading stops at the damaged ones."""
-
-    def __init__(self, bad: set[int]) -> None:
-        self.bad = bad
-
-    def _stretches(self, first: int, below: int) -> Iterator[Any]:
-        for number in range(first, below):
-            if number in self.bad:
-                raise Problem(message="damaged").error
-            yield number
-
-
 @pytest.mark.parametrize("bad", [set(), {5}, {0, 9}, {3, 4, 5}, set(range(10))])
 @pytest.mark.parametrize("first", [0, 1000])
-def test_all_but_the_damaged_rows_are_read(bad: set[int], first: int) -> None:
-    """By halves, each run once and in order."""
-    ledger = Damaged({first + number for number in bad})
-    assert list(ledger.whole(first, first + 10)) == [first + n for n in range(10) if n not in bad]
+def test_all_but_the_damaged_rows_are_read(tmp_path: Path, bad: set[int], first: int) -> None:
+    """Each run once."""
+    ledger = Ledger(tmp_path / FILE, ["bias"], 1, {"graph": "a"})
+    for number in range(first, first + 10):
+        ledger.keep([outcomes_of([SensorRun(number, 0, (0.5,))], 1, 1)])
+    for number in bad:
+        ledger._data.execute("UPDATE stretches SET faults = 'x' WHERE first = ?", (first + number,))
+    ledger.close()
+    kept = [int(n) for part in whole_stretches(tmp_path / FILE, 1, 1, {"graph": "a"}) for n in part.numbers]
+    assert kept == [first + n for n in range(10) if n not in bad]
 
 
 @pytest.mark.defect("S937", before="the yield within limits that the file no longer had", after="those of the file")

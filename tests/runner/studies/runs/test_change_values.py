@@ -152,13 +152,13 @@ def test_a_row_that_was_changed_is_found_and_the_others_are_kept(tmp_path: Path)
         book.outcomes(9)
     assert refused.value.problems[0].got == "the row of the runs from 5 on differs from its check sum"
     book.close()
-    repair(path, ["bias"], 2, FACTS, 9)
+    repair(path, ["bias"], 2, FACTS)
     anew = Ledger(path, ["bias"], 2, FACTS)
     assert kept(anew) == ([0, 1], {(1, 0): "lost"})
     anew.close()
     assert (tmp_path / "a.damaged").exists()
     with pytest.raises(ModelError, match="holds no whole run"):
-        repair(path, ["bias"], 2, FACTS, 0)
+        repair(path, ["bias"], 2, {"graph": "another"})
 
 
 def test_lines_that_differ_are_told_up_to_six() -> None:
