@@ -229,9 +229,9 @@ def _compared(of: TraceChange, before: Any, after: Any, times: Any, tolerance: A
         held = before[start:end], after[start:end]
         old, new = map(_numbers, held)
         with np.errstate(invalid="ignore"):
-            apart = np.abs(new - old)
-        bits = (held[0] != held[1]) | (np.signbit(old) != np.signbit(new))  # integers beyond 2^53 are themselves
-        apart[bits & (apart == 0.0)] = 1.0 if held[0].dtype.kind == held[1].dtype.kind == "i" else _LEAST
+            apart = _apart(*held) if _whole(*held) else np.abs(new - old)
+        bits = (held[0] != held[1]) | (np.signbit(old) != np.signbit(new))
+        apart[bits & (apart == 0.0)] = _LEAST
         strange = np.isnan(apart)
         if strange.any():  # both NaN, or both the same infinity
             apart[strange] = np.where(
@@ -244,6 +244,16 @@ def _compared(of: TraceChange, before: Any, after: Any, times: Any, tolerance: A
             first = times[start + int(np.argmin((apart <= allowed).reshape(end - start, -1).all(axis=1)))]
     rms = math.sqrt(squares / max(of.rows * entries, 1))
     return TraceChange(of.signal, of.unit, of.rows, largest, rms, size, first)
+
+
+def _whole(before: AnyArray, after: AnyArray) -> bool:
+    return before.dtype.kind == after.dtype.kind == "i"
+
+
+def _apart(before: AnyArray, after: AnyArray) -> AnyArray:
+    """Return how far integers are apart, also beyond 2^53: below 2^64, and rounded once."""
+    first, second = before.astype(np.int64), after.astype(np.int64)
+    return np.asarray((np.maximum(first, second) - np.minimum(first, second)).view(np.uint64), dtype=np.float64)
 
 
 def _numbers(rows: Any) -> AnyArray:

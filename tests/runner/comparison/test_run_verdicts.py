@@ -98,6 +98,26 @@ def test_every_bit_counts(
     assert within.same
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "apart"),
+    [(2**62, 2**62 + 3, 3), (2**62 + 700, 2**62, 700), (-(2**63), 2**63 - 1, 2**64 - 1), (-(2**62) - 5, -(2**62), 5)],
+)
+@pytest.mark.defect("S953", before="3 apart at 2^62 was 1, 700 apart 1024", after="as far as the integers are")
+def test_large_integers_are_as_far_apart_as_they_are(before: int, after: int, apart: int, tmp_path: Path) -> None:
+    files = []
+    for name, value in (("before", before), ("after", after)):
+        files.append(tmp_path / f"{name}.nc")
+        with h5netcdf.File(files[-1], "w") as data:
+            data.dimensions["time"] = 2
+            data.create_variable("time", ("time",), data=np.array([0.0, 0.1]))
+            data.create_variable("signal", ("time",), data=np.array([5, value]))
+    with h5netcdf.File(files[0], "r") as one, h5netcdf.File(files[1], "r") as other:
+        within, beyond = (_trace("signal", one, other, Allowance(absolute=apart + off)) for off in (0.0, -1.0))
+    assert within.largest == float(apart)
+    assert within.same
+    assert beyond.same == (float(apart - 1) == float(apart))  # 2^64 - 1 and 2^64 - 2 are one double
+
+
 @pytest.mark.defect("S904", before="a tolerance of NaN allowed all differences", after="none")
 def test_a_tolerance_that_is_no_number_allows_nothing(tmp_path: Path) -> None:
     text = LEVEL.replace("[measures]", 'probes = ["source.output"]\n[measures]')
