@@ -15,7 +15,7 @@ from proofmass.blocks.declaration.source import SourceError, tree_of
 from proofmass.blocks.language import operations
 from proofmass.blocks.language.functions import Form, plain_form
 from proofmass.blocks.language.refusals import problem_at
-from proofmass.blocks.language.scope import outer
+from proofmass.blocks.language.scope import MISSING, outer
 from proofmass.blocks.language.values import (
     NOTHING,
     NUMBERS,
@@ -50,7 +50,7 @@ def constants_form(kind: type[Block]) -> Form | None:
         return None
     arguments: list[Type] = [float for _ in behaviour.arguments]
     result = type_of(behaviour.returns)
-    return plain_form(_plain(behaviour), (Record(kind.parameters_class()), *arguments), result)
+    return plain_form(plain(behaviour), (Record(kind.parameters_class()), *arguments), result)
 
 
 def problems_of(kind: type[Block]) -> list[Problem]:
@@ -60,12 +60,12 @@ def problems_of(kind: type[Block]) -> list[Problem]:
     problems = list(_bad_types(kind))
     if "constants" in kind.functions and kind.constants_class() is None and not kind.has_formats():
         return [_of(kind, problem) for problem in problems]  # nothing says what the first argument of the others is
-    looped = [*kind.output_functions.values(), *(b for name, b in kind.functions.items() if name in _LOOPED)]
+    looped = [*kind.output_functions.values(), *(b for name, b in kind.functions.items() if name in LOOPED)]
     looped += [*kind.corners.values(), *(behaviour for pair in kind.events.values() for behaviour in pair)]
     for behaviour in looped:
         form = form_of(kind, behaviour)
-        problems += form.problems if form else _unrepeatable(_plain(behaviour), _NEVER)
-    once = [b.function for name, b in kind.functions.items() if name not in _LOOPED]
+        problems += form.problems if form else _unrepeatable(plain(behaviour), _NEVER)
+    once = [b.function for name, b in kind.functions.items() if name not in LOOPED]
     for function in (*once, *([kind.requirements] if kind.requirements else [])):
         if isinstance(function, types.FunctionType):
             problems += _unrepeatable(function, ())
@@ -78,7 +78,7 @@ def driven_problems(kind: type[Block]) -> list[Problem]:
     return [_of(kind, problem) for problem in form.problems] if form else []
 
 
-_LOOPED = ("update", "derivative", "fold")
+LOOPED = ("update", "derivative", "fold")
 
 
 def _form(kind: type[Block], behaviour: Behaviour) -> Form:
@@ -96,7 +96,7 @@ def _form(kind: type[Block], behaviour: Behaviour) -> Form:
         result = float
     elif state is not None:
         result = type_of(state)
-    return plain_form(_plain(behaviour), (Record(kind.constants_class()), *arguments), result)
+    return plain_form(plain(behaviour), (Record(kind.constants_class()), *arguments), result)
 
 
 def _argument(kind: type[Block], name: str, meaning: Meaning, port: Any, updates: bool) -> Type:
@@ -117,7 +117,8 @@ def _argument(kind: type[Block], name: str, meaning: Meaning, port: Any, updates
             raise TypeError(f"{meaning.name} has no type")
 
 
-def _plain(behaviour: Behaviour) -> types.FunctionType:
+def plain(behaviour: Behaviour) -> types.FunctionType:
+    """Return the function of a behaviour without what is wrapped around it."""
     function: Any = behaviour.function
     plain: types.FunctionType = inspect.unwrap(getattr(function, "py_func", function))
     return plain
@@ -171,10 +172,10 @@ def _unrepeatable(function: types.FunctionType, never: tuple[Any, ...]) -> list[
                 problems.append(problem_at(here, node, "a function of a block changes nothing outside of it", ""))
             if not isinstance(node, ast.Call):
                 continue
-            target = _looked_up(here, node.func)
+            target = looked_up(here, node.func)
             if isinstance(target, types.FunctionType):
                 left.append(target)
-            first = _looked_up(here, _first(node.func))
+            first = looked_up(here, _first(node.func))
             place = first.__name__.partition(".")[0] if isinstance(first, types.ModuleType) else ""
             shown = ast.unparse(node.func)
             for name in (*operations.modules_of(target), place):
@@ -195,14 +196,14 @@ def _first(node: ast.expr) -> ast.expr:
     return node
 
 
-def _looked_up(function: types.FunctionType, node: ast.expr) -> Any:
-    """Return the object of a name, or of a name in a module."""
+def looked_up(function: types.FunctionType, node: ast.expr) -> Any:
+    """Return the object of a name outside of a function, or of a name in a module; else `MISSING`."""
     if isinstance(node, ast.Name):
         return outer(function, node.id)
     if isinstance(node, ast.Attribute):
-        owner = _looked_up(function, node.value)
-        return getattr(owner, node.attr, None) if isinstance(owner, types.ModuleType) else None
-    return None
+        owner = looked_up(function, node.value)
+        return getattr(owner, node.attr, MISSING) if isinstance(owner, types.ModuleType) else MISSING
+    return MISSING
 
 
 def _of(kind: type[Block], problem: Problem) -> Problem:

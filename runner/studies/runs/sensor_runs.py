@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.language.once import text_of_once
 from proofmass.graphs.formulas.tree import plainly
 from proofmass.graphs.studies.study import AFTER_CALIBRATION, Study
 from proofmass.runner.host.arrays import AnyArray
@@ -91,10 +92,12 @@ class SensorRuns:
         return {name: self.study.nominal(name) for name in self.study.recalibration.carried}
 
     def code(self) -> str:
-        """Return a hash of what blocks compute in the sensor as it is, and of what the first run begins with."""
+        """Return a hash of what blocks compute in the sensor as it is, and of what others begin with."""
+        kinds = {type(block) for block in self.plan.blocks.values()}
+        once = "\n".join(sorted(filter(None, map(text_of_once, kinds))))
         with suppress(ModelError):  # a run whose parameters leave their bounds fails, and begins with nothing
-            return code_of(self.plan, varied(self.plan, self.study.blocks(self.study.drawn(0)[-1])))
-        return code_of(self.plan)
+            return code_of(self.plan, varied(self.plan, self.study.blocks(self.study.drawn(0)[-1])), once=once)
+        return code_of(self.plan, once=once)
 
     def parts(self, numbers: AnyArray, threads: int) -> Iterator[AnyArray]:
         """Yield runs in parts for `runs`: large enough to hide the cost of a part, equally many for each thread."""

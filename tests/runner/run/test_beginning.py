@@ -98,6 +98,46 @@ def test_a_ledger_is_refused_where_another_thing_is_done_before_the_first_tick(
         run_study(other, engine="python", folder=tmp_path / "kept")
 
 
+OFF_NOMINAL = {
+    "constants": {"p.gain * LAW": "(p.gain if p.gain < 1.9 else 3.0) * LAW"},
+    "a function that they call": {"twice(1.0) if": "twice(1.0) * 1.5 if"},
+    "data that they read": {'"beyond": 7.0': '"beyond": 8.0'},
+    "the start": {"State(5.0)": "State(5.0 if block.gain < 1.9 else 6.0)", "def start(p,": "def start(block,"},
+    "a requirement": {"p.gain >= 1e3": "p.gain >= 1.9"},
+    "a bound": {'"Gain.", default=1.0': '"Gain.", default=1.0, below=1.9'},
+}
+BEYOND = {
+    'LAW = {"slope": 2.0}': 'LAW = {"slope": 2.0, "beyond": 7.0}',
+    "p.offset)": 'p.offset + (LAW["beyond"] + twice(1.0) if p.gain > 1.9 else 0.0))',
+    "@Tally.start": """def twice(x: float) -> float:
+    return 2.0 * x
+
+@Tally.requires
+def positive(p):
+    if p.gain >= 1e3:
+        yield "gain", "below a thousand"
+
+@Tally.start""",
+}
+
+
+@pytest.mark.defect("S954", before="sensors of two models in one table", after="belongs to another code")
+@pytest.mark.parametrize("changes", OFF_NOMINAL.values(), ids=OFF_NOMINAL)
+def test_a_ledger_is_refused_where_sensors_beyond_the_first_would_be_others(
+    tmp_path: Path, changes: Mapping[str, str]
+) -> None:
+    """A tenth of the sensors have a gain above 1.9; the nominal and the first one have not."""
+    spread = {"tally.gain": {"uniform": 1.0}}
+    study = Study(graph(tmp_path, BEYOND).changed(samples=3), runs=2, seed=3, spread=spread)
+    assert study.drawn(0)[0]["tally.gain"] < 1.9
+    run_study(study, engine="python", folder=tmp_path / "kept")
+    commented = {**BEYOND, "return 2.0 * x": '"""Double."""\n    return 2.0 * x  # twice'}
+    commented["@Tally.start"] = BEYOND["@Tally.start"]
+    other = Study(graph(tmp_path, {**BEYOND, **changes}).changed(samples=3), runs=20, seed=3, spread=spread)
+    with pytest.raises(ModelError, match="belongs to another code"):
+        run_study(other, engine="python", folder=tmp_path / "kept")
+
+
 @pytest.mark.defect(
     "S936", before="runs with gains of about 1 told to be of about 4", after="refused, with what differs"
 )
