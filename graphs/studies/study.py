@@ -66,6 +66,10 @@ class Study(Placed):
         """Return the study with other limits of its measures."""
         return self._with(limits=limits)
 
+    def asked_as(self, other: "Study") -> Self:
+        """Return the study with what another asks of the same runs: its limits, and when the means are known."""
+        return self._with(limits=other.limits, stop=other.stop)
+
     def at(self, values: Mapping[str, float]) -> Self:
         """Return the study about other values of parameters: a sweep with one point in each."""
         return self._with(sweep={**self.sweep, **{name: (value,) for name, value in values.items()}})

@@ -1,7 +1,6 @@
 """The folder of a study: its ledger and a copy of the study, to show and replay runs."""
 
 import contextlib
-from dataclasses import replace
 from pathlib import Path
 
 from proofmass.blocks.declaration.catalog import Own
@@ -29,14 +28,13 @@ def keep_study(study: Study, folder: Path) -> None:
 
 
 def last_result(path: Path, own: Own | None = None) -> tuple[Path, StudyResult]:
-    """Return the folder in which a study file ran last, and its result by the limits that the file has now.
+    """Return the folder in which a study file ran last, and its result by the limits and `stop` the file has now.
 
     It is beside the file, or in the working folder. Raises `ModelError` if there is none.
     """
     study = read_study(path, own)
     folder = _find_folder(study, path, own)
-    result = kept_result(folder, own)
-    return folder, replace(result, study=result.study.with_limits(study.limits))
+    return folder, kept_result(folder, own, study)
 
 
 def _find_folder(study: Study, path: Path, own: Own | None) -> Path:
@@ -59,8 +57,10 @@ def _told(study: Study, folder: str) -> tuple[str, str]:
     return study.text(), graph_text(moved(study.graph, folder))
 
 
-def kept_result(folder: Path, own: Own | None = None) -> StudyResult:
+def kept_result(folder: Path, own: Own | None = None, asked: Study | None = None) -> StudyResult:
     """Return the result of a study, ended or still running, from the ledger in its folder; nothing is run.
+
+    `asked` is the same study with the limits and `stop` that count; without it those of the folder do.
 
     Raises `ModelError` if there is no study, or its ledger belongs to another.
     """
@@ -69,6 +69,7 @@ def kept_result(folder: Path, own: Own | None = None) -> StudyResult:
             hint = f"create one: proofmass montecarlo STUDY.toml --out {folder}"
             raise Problem(message=f"holds no study: {name} is missing", file=str(folder), hint=hint).error
     study = read_study(folder / STUDY_FILE, own)
+    study = study if asked is None else study.asked_as(asked)
     measures = SensorRuns(study, "python").measures
     names = (measure.name for measure in measures)
     facts = {"study": study.text()}

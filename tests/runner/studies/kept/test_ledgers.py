@@ -4,12 +4,27 @@ import os
 from pathlib import Path
 
 import pytest
+from scipy.stats import t as student
 
 from proofmass.runner.studies.kept.folder import last_result
 from proofmass.runner.studies.kept.ledger import FILE, Ledger, whole_stretches
 from proofmass.runner.studies.outcome.outcomes import SensorRun, outcomes_of
 from proofmass.runner.studies.whole.study import run_study
 from tests.by_hand.study_texts import STUDY
+
+STOPPED = """\
+name = "level"
+rate = "1 kHz"
+samples = 3
+blocks.level = {{ kind = "Constant", value = "1 V", unit = "V" }}
+measures.mean = {{ signal = "level.output", statistic = "mean" }}
+[study]
+runs = 200
+seed = 7
+{stop}
+[study.spread]
+"level.value" = {{ normal = "0.5 V" }}
+"""
 
 
 @pytest.mark.parametrize("bad", [set(), {5}, {0, 9}, {3, 4, 5}, set(range(10))])
@@ -36,6 +51,19 @@ def test_the_result_of_a_file_has_its_limits(tmp_path: Path) -> None:
     folder, result = last_result(path)
     assert folder == tmp_path / "kept"
     assert result.yields() == {"bias": 0.0, "all limits": 0.0}
+
+
+@pytest.mark.defect("S955", before="the runs and the precision of the last command", after="those of the file's stop")
+def test_the_result_of_a_file_ends_where_its_stop_says(tmp_path: Path) -> None:
+    """A mean of n sensors is known to t s / sqrt(n), Student's t (Fisher 1925): to 0.1 V here after fewer than 200."""
+    path = tmp_path / "study.toml"
+    path.write_text(STOPPED.format(stop=""))
+    values = run_study(path, engine="python", folder=tmp_path / "kept")["mean"][:, 0]
+    known = [n for n in range(30, 200) if student.ppf(0.975, n - 1) * values[:n].std(ddof=1) / n**0.5 <= 0.1]
+    path.write_text(STOPPED.format(stop='stop = { mean = "0.1 V" }'))
+    _, result = last_result(path)
+    assert result.planned_runs == len(result.numbers) == known[0] < 200
+    assert result.study.stop == {"mean": 0.1}
 
 
 @pytest.mark.defect("H879", before="unable to open database file: its runs are safe, repeat", after="it is read")
