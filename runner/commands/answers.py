@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 import click
 
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.runner.host.named_files import write_text
 from proofmass.runner.output.json_text import json_text
 
 if TYPE_CHECKING:
@@ -124,7 +125,7 @@ def write_or_print(text: str, output: Path | None, as_json: bool = False) -> Non
     if output is None:
         click.echo(text)
     else:
-        output.write_text(text if text.endswith("\n") else text + "\n", encoding="utf-8")
+        write_text(output, text if text.endswith("\n") else text + "\n")
         print_file(output, as_json)
 
 

@@ -51,7 +51,7 @@ def _message(error: Exception) -> str:
     if isinstance(error, FileNotFoundError) and not folder.is_dir():
         return f"cannot write {error.filename}\n  hint:     there is no folder {folder}: make it"
     if isinstance(error, OSError):
-        return f"cannot write or read {error.filename or 'a file'}: {error.strerror or error}"
+        return f"cannot write or read {error.filename or 'standard output or a file'}: {error.strerror or error}"
     if isinstance(error, MemoryError):
         return "out of memory\n  hint:     run fewer samples, or thin a probe: every = 1000"
     return f"an error inside proofmass: {type(error).__name__}: {error}\n  hint:     --traceback shows where"

@@ -10,6 +10,7 @@ from proofmass.graphs.files.library import FOLDER, library_file
 from proofmass.runner.commands.answers import DONE
 from proofmass.runner.commands.declarations.blocks import NewRequest
 from proofmass.runner.commands.schema_command import write_schema_file
+from proofmass.runner.host.named_files import named
 
 PYTHON_TEMPLATE = FOLDER / "template.py"
 
@@ -43,7 +44,7 @@ def _copy(sources: Mapping[Path, Path]) -> None:
     if existing:
         raise click.UsageError(f"{', '.join(existing)} exists already; nothing was written")
     for target, source in sources.items():
-        with target.open("x", encoding="utf-8") as file:
+        with named(target), target.open("x", encoding="utf-8") as file:
             file.write(source.read_text(encoding="utf-8"))
 
 

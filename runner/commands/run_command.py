@@ -24,6 +24,7 @@ from proofmass.runner.commands.progress import PREPARING, progress, working
 from proofmass.runner.commands.run_files import need_for, usual_format, write_run
 from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.output.counts import count
+from proofmass.runner.output.export import write_whole
 from proofmass.runner.output.json_text import json_text
 from proofmass.runner.output.plot import plot_traces
 from proofmass.runner.planning.plan import plan
@@ -93,7 +94,7 @@ def _budgets(graph: Graph, outputs: tuple[str, ...], out: Path) -> tuple[list[tu
 
     budgets = [noise(graph, output) for output in outputs]
     text = json_text([budget.as_data() for budget in budgets])
-    (out / "noise.json").write_text(text + "\n", encoding="utf-8")
+    write_whole(out / "noise.json", text + "\n")
     return [noise_section(budget) for budget in budgets], ["noise.json"]
 
 

@@ -7,6 +7,7 @@ from proofmass.graphs.schema.schema import graph_schema, study_file_schema
 from proofmass.runner.commands.answers import DONE, write_or_print
 from proofmass.runner.commands.declarations.graphs import SchemaRequest
 from proofmass.runner.commands.own_blocks import own_blocks
+from proofmass.runner.host.named_files import write_text
 
 SCHEMA_FILE, STUDY_SCHEMA_FILE = "proofmass-graph.json", "proofmass-study.json"  # in the first lines of files
 
@@ -14,7 +15,7 @@ SCHEMA_FILE, STUDY_SCHEMA_FILE = "proofmass-graph.json", "proofmass-study.json" 
 def write_schema_file(path: Path) -> None:
     """Write the schema of that name to a file, without space."""
     schema = study_file_schema() if path.name == STUDY_SCHEMA_FILE else graph_schema()
-    path.write_text(json.dumps(schema, separators=(",", ":")) + "\n", encoding="utf-8")
+    write_text(path, json.dumps(schema, separators=(",", ":")) + "\n")
 
 
 def write_schema(request: SchemaRequest) -> int:

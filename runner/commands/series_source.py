@@ -1,6 +1,5 @@
 """Source of the signals of an analysis: a run of a graph, or a recording."""
 
-import re
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -17,6 +16,7 @@ from proofmass.runner.commands.answers import Shown, attempted, print_answers
 from proofmass.runner.commands.declarations.analysis import OfSignal
 from proofmass.runner.commands.graph_options import graph_of, outputs_of
 from proofmass.runner.commands.progress import progress
+from proofmass.runner.plan.recording import split_entry
 
 _OF_GRAPHS = {"duration": "duration", "samples": "samples", "seed": "seed", "changes": "set", "own": "blocks"}
 
@@ -65,17 +65,11 @@ def _simulated(request: OfSignal) -> list[Callable[[], Series]]:
     if request.duration is not None and request.samples is not None:
         raise click.UsageError("give --duration or --samples, not both")
     graph = graph_of(request.source, request.own, request.changes)
-    signal, entry = _entry_of(request.probe)
+    signal, entry = split_entry(request.probe)
     graph = graph.bare(probes=_probes(graph, signal))
     with progress(request.as_json) as bar:
         result = request.call(simulate, graph, progress=bar)
     return [partial(of_trace, trace, entry) for trace in result.values()]
-
-
-def _entry_of(probe: str) -> tuple[str, int | None]:
-    """The signal and the entry of a vector, as columns of CSV and Parquet name them."""
-    named = re.fullmatch(r"(.+)\[(\d{1,9})\]", probe)
-    return (named[1], int(named[2])) if named else (probe, None)
 
 
 def _probes(graph: Graph, signal: str) -> list[Probe]:

@@ -18,6 +18,7 @@ import numpy as np
 from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.host.arrays import AnyArray
+from proofmass.runner.host.named_files import named
 from proofmass.runner.output.json_text import json_text
 from proofmass.runner.run.result import Result, Trace, pieces
 
@@ -30,7 +31,7 @@ def whole_file(path: str | Path) -> Iterator[BinaryIO]:
     path = Path(path)
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        with part.open("w+b") as file:
+        with named(path), part.open("w+b") as file:
             yield file
             file.flush()
             os.fsync(file.fileno())

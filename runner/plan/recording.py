@@ -6,7 +6,7 @@ import math
 import re
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import chain, pairwise
+from itertools import chain, pairwise, product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,6 +19,7 @@ from proofmass.graphs.model.flatten import FlatGraph
 
 LARGEST_FILE = 2 << 30
 MOST_ROWS = 1 << 24  # of a file: compressed ones hold any number
+MOST_ENTRIES = 1 << 14  # of a vector that are columns: a variable of more is a picture, say
 PIECE = 1 << 16  # rows that are read together
 LATEST_START = 1e8  # seconds, three years: a recording that begins later is stamped with dates
 KEPT_NUMBERS = 1 << 24  # numbers of CSV recordings that a process keeps, over all blocks and plans
@@ -26,6 +27,8 @@ KEPT_NUMBERS = 1 << 24  # numbers of CSV recordings that a process keeps, over a
 _HEAD = re.compile(r"(?P<name>.*?)(?:\s+\[(?P<unit>[^][]*)\]|\[(?P<tight>[^][]*[^][0-9][^][]*)\])")
 
 _ROUND_HEAD = re.compile(r"(?P<name>.*?)\s+\((?P<unit>.*[^0-9].*)\)")  # a number tells columns apart
+
+_ENTRY = re.compile(r"(.+)\[(\d{1,9})\]")
 
 # What netCDF puts where nothing was written, unless a variable says; bytes have no such value.
 _UNWRITTEN = {
@@ -111,8 +114,8 @@ def _played(path: Path, column: str, unit: str) -> dict[str, tuple[float, ...]]:
 def read_columns(path: Path, choice: Choice) -> ColumnPair:
     """Two columns of a CSV, Parquet or netCDF file; raises `RecordingError`.
 
-    In a netCDF file of several time axes the first name, "time", stands for the axis of the other
-    column.
+    Entries of vectors are columns, `sums[3]`. In a netCDF file of several time axes the first name,
+    "time", stands for the axis of the other column.
     """
     readers: dict[str, Callable[[Path, Choice], ColumnPair]] = {
         ".csv": _read_csv, ".parquet": _read_parquet, ".nc": _read_netcdf,
@@ -241,24 +244,33 @@ class _Variable(NamedTuple):
 
 
 def _of_variables(variables: Mapping[str, _Variable], choice: Choice) -> ColumnPair:
-    """The variable that is chosen, and its times."""
+    """The variable that is chosen, or an entry of a vector, and its times."""
     series = {name: v for name, v in variables.items() if len(v.held.shape) == 1}
     times = [name for name, v in series.items() if name == "time" or (name,) == v.held.dimensions]
-    names = [name for name in series if name not in times]
+    axes = {series[name].held.dimensions[0] for name in times}
+    columns = dict[str, tuple[_Variable, tuple[int, ...]]]()
+    for name, v in variables.items():
+        if name in series and name not in times:
+            columns[name] = v, ()
+        elif len(v.held.shape) > 1 and v.held.dimensions[0] in axes and math.prod(v.held.shape[1:]) <= MOST_ENTRIES:
+            places = product(*map(range, v.held.shape[1:]))
+            columns |= {f"{name}[{number}]": (v, place) for number, place in enumerate(places)}
+    names = list(columns)
     first, second = choice(["time", *names])
     other = names[second - 1]
-    along = series[other].held.dimensions
+    along = columns[other][0].held.dimensions[:1]
     candidates = [names[first - 1]] if first else times
     for name in candidates:
-        if series[name].held.dimensions == along:
-            return _unpacked(name, series[name]), _unpacked(other, series[other])
+        variable, entry = columns[name] if first else (series[name], ())
+        if variable.held.dimensions[:1] == along:
+            return _unpacked(name, variable, entry), _unpacked(other, *columns[other])
     if first:
         raise RecordingError(f"{candidates[0]} and {other} are not on one time axis")
     raise RecordingError(f"has no variable with the times of {other}", hint=f"name it {along[0]}")
 
 
-def _unpacked(name: str, variable: _Variable) -> Column:
-    """A netCDF variable, unpacked if its attributes say how."""
+def _unpacked(name: str, variable: _Variable, entry: tuple[int, ...] = ()) -> Column:
+    """A netCDF variable, or an entry of its vectors, unpacked if its attributes say how."""
     # start-up time: only these files need it
     import numpy as np
 
@@ -272,12 +284,12 @@ def _unpacked(name: str, variable: _Variable) -> Column:
     unsigned = str(attributes.get("_Unsigned", "")).lower() == "true"  # integers of a format that has signed ones alone
     packed = "scale_factor" in attributes or "add_offset" in attributes
     scale, offset = float(attributes.get("scale_factor", 1.0)), float(attributes.get("add_offset", 0.0))
-    (rows,) = held.shape
+    rows = held.shape[0]
     _refuse_many(rows)
 
     def pieces() -> Iterator[Sequence[object]]:
         for first in range(0, rows, PIECE):
-            piece = held[first : first + PIECE]
+            piece = held[(slice(first, first + PIECE), *entry)]
             values = stored = piece.tolist()
             if unsigned:
                 values = piece.view(piece.dtype.str.replace("i", "u")).tolist()
@@ -353,6 +365,12 @@ def split_unit(head: str) -> tuple[str, str]:
         return found["name"], (found["unit"] or found["tight"] or "").strip()
     found = _ROUND_HEAD.fullmatch(head.strip())
     return (found["name"], found["unit"].strip()) if found and is_unit(found["unit"].strip()) else (head.strip(), "")
+
+
+def split_entry(column: str) -> tuple[str, int | None]:
+    """The vector and the entry that a column is of, `sums[3]`; no entry of other columns."""
+    named = _ENTRY.fullmatch(column)
+    return (named[1], int(named[2])) if named else (column, None)
 
 
 def _number(cell: str) -> float | None:

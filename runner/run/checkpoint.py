@@ -13,6 +13,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.host.arrays import AnyArray
+from proofmass.runner.host.named_files import named
 from proofmass.runner.plan.keys import VectorOf
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan, PlannedProbe
@@ -47,10 +48,11 @@ def save_checkpoint(result: Result, planned: Plan, folder: Path) -> None:
         raise ValueError("the run was not interrupted")
     for trace in result.traces.values():
         path = _trace(folder, trace.signal)
-        if not isinstance(trace.values, np.memmap):
-            np.save(path, trace.values)
-        with path.open("r+b") as file:
-            os.fsync(file.fileno())
+        with named(path):
+            if not isinstance(trace.values, np.memmap):
+                np.save(path, trace.values)
+            with path.open("r+b") as file:
+                os.fsync(file.fileno())
     rows = {probe.signal: probe.rows(0, memory.tick) for probe in planned.probes}
     data = {
         "version": VERSION,
@@ -65,7 +67,7 @@ def save_checkpoint(result: Result, planned: Plan, folder: Path) -> None:
         "wires": [[*node, _text(value)] for node, value in memory.wires.items()],
     }
     temporary = folder / (FILE + ".partial")
-    with temporary.open("w", encoding="utf-8") as file:
+    with named(temporary), temporary.open("w", encoding="utf-8") as file:
         json.dump(data | {"sum": _sum(data)}, file)
         file.flush()
         os.fsync(file.fileno())
@@ -120,7 +122,7 @@ def recorder(probe: PlannedProbe, rows: int, folder: Path, streamed: bool, rows_
     path.replace(aside)
     writer = Recorder(probe, rows, folder)
     head = path.read_bytes()
-    with aside.open("r+b") as file:
+    with named(path), aside.open("r+b") as file:
         file.write(head)  # that of the whole run; the interrupted run's told fewer rows
         file.truncate(len(head) + _bytes(probe, rows_kept))
     aside.replace(path)

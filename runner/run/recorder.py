@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from proofmass.runner.host.arrays import AnyArray
+from proofmass.runner.host.named_files import named
 from proofmass.runner.plan.planned import Plan, PlannedProbe
 from proofmass.runner.run.result import Trace
 
@@ -25,7 +26,7 @@ class Recorder:
         kind = np.float64 if probe.format else probe.dtype
         self._values: AnyArray = np.empty((0 if folder else rows, *probe.shape), dtype=kind)
         if self._path:
-            with self._path.open("wb") as file:
+            with named(self._path), self._path.open("wb") as file:
                 self._write_head(file, rows)
 
     def space(self, rows: int) -> AnyArray:
@@ -39,7 +40,7 @@ class Recorder:
         if self.probe.format and rows.dtype != np.float64:
             rows = np.ldexp(rows.astype(np.float64), -self.probe.format.fraction)
         if self._path:
-            with self._path.open("ab") as file:
+            with named(self._path), self._path.open("ab") as file:
                 file.write(rows.tobytes())
         elif rows.base is not self._values:
             self._values[self.count : self.count + len(rows)] = rows
@@ -50,7 +51,7 @@ class Recorder:
         values = self._values[: self.count]
         if self._path:
             if self.count < self.rows:
-                with self._path.open("r+b") as file:
+                with named(self._path), self._path.open("r+b") as file:
                     self._write_head(file, self.count)
             values = np.load(self._path, mmap_mode="r")
         probe = self.probe

@@ -137,7 +137,7 @@ def simulate_plan(planned: Plan, graph: Graph, options: RunOptions) -> Result:
             remove_checkpoint(result, place)
     if unwritten is not None:
         message = f"{unwritten.strerror}; the {done:,} ticks that are done are kept, the same run goes on from there"
-        raise OSError(unwritten.errno, message, str(place))
+        raise OSError(unwritten.errno, message, unwritten.filename or str(place))
     return result
 
 

@@ -130,16 +130,18 @@ def read_series(file: str | Path, column: str = "") -> Series:
         time, value = read_columns(path, lambda names: (0, _index(names, column)))
         return Series(np.array(value.values), _step(time), value.name, value.unit or "1")
     except RecordingError as error:
-        raise Problem(
-            message=str(error), file=str(path), line=error.line, key="column" if column else "", hint=error.hint
-        ).error from None
+        key = column and error.parameter.removeprefix(
+            "file"
+        )  # what is wrong with the file is not wrong with its column
+        raise Problem(message=str(error), file=str(path), line=error.line, key=key, hint=error.hint).error from None
 
 
 def _index(names: Any, column: str) -> int:
     if len(names) < 2:
         raise RecordingError("needs a column of time and one of values")
     if column and column not in names[1:]:
-        raise RecordingError(f"there is no column {column!r}", hint=did_you_mean(column, names[1:], "column"))
+        hint = did_you_mean(column, names[1:], "column")
+        raise RecordingError(f"there is no column {column!r}", hint=hint, parameter="column")
     return int(names.index(column, 1)) if column else 1
 
 

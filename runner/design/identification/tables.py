@@ -6,6 +6,7 @@ and so may a second line.
 """
 
 import csv
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +16,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import Problem, did_you_mean
 from proofmass.runner.host.arrays import AnyArray
-from proofmass.runner.plan.recording import LARGEST_FILE, Column, RecordingError, read_columns, split_unit
+from proofmass.runner.plan.recording import LARGEST_FILE, Column, RecordingError, read_columns, split_entry, split_unit
 
 _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
 
@@ -71,6 +72,10 @@ def table_of_arrays(source: Mapping[Any, Any], name: str) -> RecordedTable:
 def table_of_dataset(source: Any, wanted: list[str], name: str) -> RecordedTable:
     """Return the wanted variables of an xarray dataset with the times they are along; raises `ModelError`."""
     held = {str(key): values for key, values in source.data_vars.items()}
+    for key in wanted:
+        vector, entry = split_entry(key)
+        if key not in held and vector in held and entry in range(math.prod(held[vector].shape[1:])):
+            held[key] = held[vector][(slice(None), *np.unravel_index(entry, held[vector].shape[1:]))]
     axes = {key: tuple(map(str, held[key].dims)) for key in wanted if key in held}
     axis = next(iter(axes.values()), tuple(map(str, source.dims))[:1])
     if len(axis) != 1 or any(other != axis for other in axes.values()):

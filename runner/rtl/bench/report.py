@@ -14,6 +14,7 @@ from typing import Any
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.host.versions import PROOFMASS
+from proofmass.runner.output.export import write_whole
 from proofmass.runner.output.page import broken, facts, paragraphs, save_page, small, table
 from proofmass.runner.rtl.bench.cost import machine_cost, module_cost
 from proofmass.runner.rtl.machine.machine import Machine
@@ -73,8 +74,7 @@ def report_data(
 
 def save_report(graph: Graph, data: Mapping[str, Any], folder: Path) -> list[Path]:
     """Write report.json and report.html into a folder."""
-    text = folder / "report.json"
-    text.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+    text = write_whole(folder / "report.json", json.dumps(data, indent=2) + "\n")
     sections = [
         ("Ports", _ports([("in", data["inputs"]), ("out", data["outputs"])])),
         ("Blocks", _blocks(data)),

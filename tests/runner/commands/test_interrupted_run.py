@@ -1,5 +1,6 @@
 """The command `run` when it is interrupted, or runs out of room: what it says, and that it goes on to the same bits."""
 
+import re
 import signal
 import subprocess
 import sys
@@ -92,8 +93,7 @@ class TestTheCommand:
         arguments += ["--engine", "compiled"]
         done = subprocess.run(arguments, capture_output=True, text=True, check=False, **little_room(1_000_000))
         assert done.returncode == 3, done.stderr
-        assert "cannot write or read" in done.stderr
-        assert "File too large" in done.stderr
+        assert f"cannot write or read {tmp_path / 'out' / 'noise.output.npy'}: File too large" in done.stderr
         assert "the same run goes on" in done.stderr
         assert "Traceback" not in done.stderr
         done = subprocess.run([*arguments, "--resume"], capture_output=True, text=True, check=False)
@@ -112,7 +112,7 @@ class TestTheCommand:
         done = subprocess.run(arguments, capture_output=True, text=True, check=False, **little_room(20_000))
         assert done.returncode == 3, done.stderr
         assert "Traceback" not in done.stderr
-        assert "too large" in done.stderr.lower()
+        assert re.search(rf"cannot write or read {tmp_path}/[a-z]+\.[a-z]+: .*too large", done.stderr, re.IGNORECASE)
         assert not list(tmp_path.glob("traces*"))
 
     def test_says_when_the_folder_cannot_be_made(self, tmp_path: Path) -> None:

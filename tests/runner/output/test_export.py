@@ -1,6 +1,7 @@
 """What is written reads back exactly, whole or not at all."""
 
 import csv
+import dataclasses
 import json
 import math
 import tracemalloc
@@ -13,13 +14,19 @@ import pyarrow.parquet
 import pytest
 import xarray
 
-from proofmass.blocks import RecordedSignal
+from proofmass.blocks import Constant, RecordedSignal
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.graph import Place
+from proofmass.runner.commands.answers import write_or_print
+from proofmass.runner.commands.schema_command import write_schema_file
 from proofmass.runner.output import export
 from proofmass.runner.output.export import save_csv, save_netcdf, save_parquet, save_summary, whole_file
+from proofmass.runner.plan.memory import start
+from proofmass.runner.planning.plan import plan
 from proofmass.runner.run import result as result_module
+from proofmass.runner.run.checkpoint import save_checkpoint
+from proofmass.runner.run.recorder import Recorder
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import simulate
 from tests.by_hand.little_disk import largest_file
@@ -208,3 +215,32 @@ def test_an_interruption_leaves_the_file_that_was_there(tmp_path: Path) -> None:
         interrupted()
     assert [p.name for p in tmp_path.iterdir()] == ["summary.json"]
     assert path.read_text() == "as it was"
+
+
+@pytest.mark.parametrize("form", SAVERS)
+@pytest.mark.defect("S957", before="cannot write or read a file: File too large", after="names the file")
+def test_a_file_that_does_not_fit_is_named(form: str, tmp_path: Path) -> None:
+    result = made_result([made_trace("a.out", np.arange(5000.0))])
+    with largest_file(100), pytest.raises(OSError, match="too large") as caught:
+        SAVERS[form](result, tmp_path)
+    assert caught.value.filename == str(tmp_path / f"traces.{form}")
+
+
+@pytest.mark.defect("S957", before="cannot write or read a file: File too large", after="names the file")
+def test_texts_rows_and_checkpoints_that_do_not_fit_are_named(tmp_path: Path) -> None:
+    graph = Graph(name="", rate="1 kHz", blocks={"a": Constant(value=1.0)}, probes=["a.output"], samples=1000)
+    planned = plan(graph)
+    rows = Recorder(planned.probes[0], 1000, tmp_path)
+    trace = made_trace("a.output", np.arange(1000.0))
+    stopped = dataclasses.replace(made_result([trace]), memory=start(planned))
+    writers: dict[str, Callable[[], Any]] = {
+        "a.txt": lambda: write_or_print("x" * 1000, tmp_path / "a.txt"),
+        "a.output.npy": lambda: rows.keep(np.zeros(1000)),
+        "proofmass-graph.json": lambda: write_schema_file(tmp_path / "proofmass-graph.json"),
+        "b/a.output.npy": lambda: save_checkpoint(stopped, planned, tmp_path / "b"),
+    }
+    (tmp_path / "b").mkdir()
+    for name, write in writers.items():
+        with largest_file(500), pytest.raises(OSError, match="too large|requested and") as caught:
+            write()
+        assert caught.value.filename == str(tmp_path / name)
