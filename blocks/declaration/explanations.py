@@ -215,7 +215,7 @@ EXPLANATIONS = (
     Explanation(
         "P0601",
         "A study cannot be run as it is",
-        r"runs? are|no law follows|the mission|calibrates|needs phases|(no|not a) history|one column|epoch"
+        r"runs? are|no law follows|the mission|calibrates|needs phases|(no|not a) history|one column|epoch|correlation$"
         r"|drift|ageing"
         r"|distribution|correlated|calibration|vary|swept|sweep|sensor can|too (old|large)|number that may vary"
         r"|the block works in fixed point|independent parameters|coefficient|no measures|equally many"

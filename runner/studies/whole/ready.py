@@ -66,11 +66,12 @@ def _length(planned: Plan, study: Study | None) -> Iterator[Problem]:
 
 
 def study_notes(study: Study) -> Iterator[Problem]:
-    """Yield notes on the ages and limits of a study."""
+    """Yield notes on the ages, correlations and limits of a study."""
     if 0.0 < study.epochs[-1] < DAY:
         message = f"the last age is {age_text(study.epochs[-1])}"
         hint = 'ages without a unit are seconds: write "10 year", "1000 h"'
         yield study.placed(Problem(message=message, hint=hint, note=True, path=("epochs",)))
+    yield from _turned_correlations(study)
     if not study.recalibration.carried or len(study.epochs) < 2:
         return
     message = "counts the first epoch too, which has no calibration before it"
@@ -78,6 +79,22 @@ def study_notes(study: Study) -> Iterator[Problem]:
     for name, limit in study.limits.items():
         if name in study.flat.measures and limit.counted(study.epochs) == 0:
             yield study.placed(Problem(message=message, hint=hint, note=True, path=("limits", name)))
+
+
+def _turned_correlations(study: Study) -> Iterator[Problem]:
+    """Yield pairs of which one alone falls as its deviate rises: the values have the opposite correlation."""
+
+    def falls(name: str) -> bool:
+        spread = study.spread[name]
+        return (spread.relative or spread.shape == "lognormal") and study.nominal(name) < 0.0
+
+    for first, second, coefficient in study.correlation.pairs:
+        if coefficient and falls(first) != falls(second):
+            names = " and ".join(map(study.name_of, (first, second)))
+            message = f"{names}: a relative spread about a value below zero turns the sign of their correlation"
+            got = f"{coefficient:g} of the deviates, so about {-coefficient:g} of the values"
+            hint = f"write {-coefficient:g} if the values are meant"
+            yield study.placed(Problem(message=message, got=got, hint=hint, note=True, path=("correlation",)))
 
 
 def _many_steps(planned: Plan, end: Fraction | None) -> Iterator[Problem]:

@@ -4,12 +4,15 @@ from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from proofmass import Graph, check, simulate
 from proofmass.blocks import Constant, RecordedSignal
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.command_line import main
+from proofmass.runner.studies.whole.ready import study_notes
 from tests.by_hand.graph_texts import changed
 
 RECORDED = """\
@@ -242,3 +245,34 @@ def test_ages_below_a_day_are_noted(ages: str, said: str, tmp_path: Path, capsys
     assert (f"note: epochs: the last age is {said}\n" in capsys.readouterr().out) == bool(said)
     assert main(["montecarlo", str(path)]) == 0
     assert (f"note: epochs: the last age is {said}\n" in capsys.readouterr().err) == bool(said)
+
+
+@pytest.mark.defect("S959", before="0.8 about -2 V and 3 V is -0.8 of the values", after="a note says so")
+@pytest.mark.parametrize("spread", ["{ normal = 0.1, relative = true }", "{ lognormal = 0.1 }", "{ normal = 0.1 }"])
+@pytest.mark.parametrize("nominals", [(-2.0, 3.0), (2.0, -3.0), (-2.0, -3.0), (2.0, 3.0)])
+def test_a_correlation_that_the_values_have_the_other_way_is_noted(
+    nominals: tuple[float, float], spread: str, tmp_path: Path
+) -> None:
+    """What the values have is counted by NumPy, over 400 sensors."""
+    first, second = nominals
+    path = tmp_path / "study.toml"
+    path.write_text(f"""
+name = "two"
+rate = "1 kHz"
+samples = 2
+blocks.a = {{ kind = "Constant", value = {first} }}
+blocks.b = {{ kind = "Constant", value = {second} }}
+measures.m = {{ signal = "a.output", statistic = "mean" }}
+[study]
+runs = 400
+spread."a.value" = {spread}
+spread."b.value" = {spread}
+correlation."a.value" = {{ "b.value" = 0.8 }}
+""")
+    study = read_study(path)
+    drawn = np.array([list(study.drawn(run)[0].values()) for run in range(400)])
+    turned = bool(np.corrcoef(drawn.T)[0, 1] < 0.0)
+    notes = [note for note in study_notes(study) if "turns the sign" in note.message]
+    assert [(note.line, note.got) for note in notes] == [
+        (12, "0.8 of the deviates, so about -0.8 of the values")
+    ] * turned
