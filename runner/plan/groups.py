@@ -88,6 +88,12 @@ def sources(graph: FlatGraph, schedule: Schedule) -> tuple[Endpoint, ...]:
     return tuple(sources)
 
 
+def moving(graph: FlatGraph, schedule: Schedule) -> frozenset[Endpoint]:
+    """Return the outputs that move between ticks; all others hold their value until the next one."""
+    ramps = sources(graph, schedule) if graph.integration.sources == "first_order_hold" else ()
+    return frozenset({*outputs_of(_Wiring(graph, schedule).moving), *ramps})
+
+
 def ahead(graph: FlatGraph, schedule: Schedule, groups: Iterable[Group]) -> tuple[Endpoint, ...]:
     """Outputs of sources from which ramps follow, in order: they are known one tick ahead."""
     ramps: list[OutputStep] = [node for group in groups for node in group.ramps]

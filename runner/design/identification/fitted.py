@@ -303,6 +303,11 @@ def _outcome(
     rows, table = len(solution.residuals), solution.jacobian.copy()
     table[:rows] /= widening(solution.residuals, solver.loss)
     sure = certainty(table, values, unknowns, solver.recorded())
+    for number, unknown in enumerate(unknowns):
+        if unknown.name.startswith(DELAY):
+            signal = unknown.name.removeprefix(f"{DELAY} ")
+            least = min(model.least_error(signal) for model in solver.models if signal in model.signals)
+            sure.errors[number] = math.hypot(sure.errors[number], least)
     quantile = float(scipy.special.stdtrit(max(rows - len(unknowns), 1), (1.0 + CONFIDENCE) / 2.0))
     estimates = tuple(
         Estimate(u.written, u.unit, u.start, float(v), float(e), quantile * float(e), _bound(u, float(v), size))

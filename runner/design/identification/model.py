@@ -1,5 +1,6 @@
 """A graph with recorded inputs, run without noise again and again with other parameters."""
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -15,6 +16,7 @@ from proofmass.graphs.model.graph import Graph, Probe, Wire, split
 from proofmass.graphs.model.names import Missing, find_output
 from proofmass.runner.design.identification.recordings import RecordedStretch
 from proofmass.runner.host.arrays import AnyArray
+from proofmass.runner.plan.groups import moving
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import PlannedProbe
 from proofmass.runner.planning.plan import plan, varied
@@ -37,10 +39,8 @@ class RecordingModel:
         self.compiled = CompiledPlan(self.plan)
         self.ticks = max(1, int(recording.duration * float(self.plan.schedule.base_rate) * (1.0 + 1e-12) + 1e-6) + 1)
         self.rows = [np.zeros(p.rows(0, self.ticks), dtype=dtype_of(p.dtype)) for p in self.plan.probes]
-        self._places = [
-            _places(recording.times - probe.phase * self.plan.period, self.plan.period * probe.stride, len(rows))
-            for probe, rows in zip(self.plan.probes, self.rows, strict=True)
-        ]
+        self._moving = moving(self.plan.graph, self.plan.schedule)
+        self._places = [self._place(*each, None) for each in zip(self.plan.probes, self.rows, strict=True)]
         self.runs = 0
 
     def outputs(self, values: Mapping[str, float], delays: Mapping[str, float]) -> list[AnyArray] | None:
@@ -54,20 +54,47 @@ class RecordingModel:
         if not loop.advance(self.ticks, self.rows):
             return None
         return [
-            _at(rows, *(self._delayed(probe, rows, delays[signal]) if signal in delays else place))
+            _at(rows, *(self._place(probe, rows, delays[signal]) if signal in delays else place))
             for signal, probe, rows, place in zip(self.signals, self.plan.probes, self.rows, self._places, strict=True)
         ]
 
-    def _delayed(self, probe: PlannedProbe, rows: AnyArray, delay: float) -> tuple[AnyArray, AnyArray | None]:
-        """Return the places of the recorded times less a delay: straight lines between the rows."""
-        late = delay + probe.phase * self.plan.period
-        at = np.clip((self.recording.times - late) / (self.plan.period * probe.stride), 0.0, len(rows) - 1.0)
-        before = np.minimum(at.astype(np.int64), max(len(rows) - 2, 0))
-        return before, np.asarray(at - before)
+    def _place(self, probe: PlannedProbe, rows: AnyArray, delay: float | None) -> tuple[AnyArray, AnyArray | None]:
+        """Return the row before each recorded time, less a delay if there is one, and the part of the way to the next.
+
+        The part is None where all rows are at a tick or hold from there. An output that moves between
+        ticks does so on straight lines. With a delay one that holds goes over to its next value while
+        the widest gap between the recorded places in a period passes: what is recorded does not tell
+        when, and a search needs a slope.
+        """
+        period, last = self.plan.period * probe.stride, len(rows) - 1
+        at, ticks, parts = self._ticks(probe)
+        held = probe.node not in self._moving
+        if delay is None and (held or not np.any(parts)):
+            return np.clip(ticks, 0, last), None
+        over = _widest_gap(parts) if held else 1.0
+        at = np.clip(at - (delay or 0.0) / period, 0.0, float(last))
+        before = np.minimum(at.astype(np.int64), max(last - 1, 0))
+        return before, np.asarray(np.clip((at - before + over - 1.0) / over, 0.0, 1.0))
+
+    def _ticks(self, probe: PlannedProbe) -> tuple[AnyArray, AnyArray, AnyArray]:
+        """Return the recorded times in periods of an output, the ticks before them, and the part of a period since."""
+        at = (self.recording.times - probe.phase * self.plan.period) / (self.plan.period * probe.stride)
+        ticks = np.floor(at + _ON_TICK)
+        parts = at - ticks
+        return at, ticks.astype(np.int64), np.where(np.abs(parts) > _ON_TICK, parts, 0.0)
+
+    def least_error(self, signal: str) -> float:
+        """Return the least standard error of a delay: rows do not tell when an output that holds goes over.
+
+        Rows at its ticks alone are taken for samples of what moves on lines.
+        """
+        probe = self.plan.probes[self.signals.index(signal)]
+        gap = 0.0 if probe.node in self._moving else _widest_gap(self._ticks(probe)[2])
+        return gap * self.plan.period * probe.stride / math.sqrt(12.0) if gap < 1.0 else 0.0
 
     @property
     def between_ticks(self) -> bool:
-        """True if some recorded time lies between two ticks of its output."""
+        """True if some recorded time lies between two ticks of an output that moves there."""
         return any(part is not None for _, part in self._places)
 
 
@@ -110,18 +137,10 @@ def _with_recorded(
     return graph.changed(blocks=blocks, wires=tuple(wires), rates=rates, offsets=offsets), buffers
 
 
-def _places(times: AnyArray, period: float, rows: int) -> tuple[AnyArray, AnyArray | None]:
-    """Return the row before each time, and the part of the way to the next; None where all times lie on ticks.
-
-    Before the first row and behind the last one it is that row.
-    """
-    at = times / period
-    near = np.rint(at)
-    if np.all(np.abs(at - near) <= _ON_TICK):
-        return np.clip(near.astype(np.int64), 0, rows - 1), None
-    at = np.clip(at, 0.0, rows - 1.0)
-    before = np.minimum(at.astype(np.int64), max(rows - 2, 0))
-    return before, np.asarray(at - before)
+def _widest_gap(parts: AnyArray) -> float:
+    """Return the widest gap between places in a period, from 0 to 1, which come round."""
+    ordered = np.unique(parts)
+    return float(np.max(np.diff(np.append(ordered, ordered[0] + 1.0))))
 
 
 def _at(rows: AnyArray, before: AnyArray, part: AnyArray | None) -> AnyArray:

@@ -34,6 +34,7 @@ _PASSES, _SETTLED = 4, 0.01  # passes of the estimate of noise, and its last rel
 _WEAK, _LOOSER = 3.0, 10.0  # what recordings do not determine may stray by so many sizes, or more if that is too few
 _HELD, _SIGNIFICANT, _NOTHING = 24, 3.0, 1e-8  # passes; what is no noise, in units of it; part that is rounding
 _LOOKS, _FURTHER, _NEAR_SIZE = 40, 1e4, 10.0  # of the size of what begins at zero: runs, factors, and how near it is
+_OF_DELAYS = 0.125  # of a recording: about the size of a delay
 _POLISHES, _NEAR, _ROUGH = 4, 3.0, 1.0  # last steps; length in units of noise; increase of squares
 _STILL = 0.1  # a step this small, in units of the noise, is the last
 _TINY, _TIMES = 1e-3, 3.0  # part of a step to which only rounding responds, and how far it may exceed that response
@@ -69,7 +70,8 @@ class UnknownsSolver:
         self._progress = progress
         self._stop: threading.Event | None = None
         self.best: tuple[float, AnyArray] | None = None
-        self.scales = np.array([unknown.scale for unknown in unknowns])
+        long = _OF_DELAYS * min(model.recording.duration for model in models)
+        self.scales = np.array([long if u.name.startswith(DELAY) else u.scale for u in unknowns])
         self.masks = [
             [np.isfinite(m.recording.outputs[s]) & (m.recording.times >= skip) for s in m.signals] for m in models
         ]

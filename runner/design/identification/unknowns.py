@@ -53,8 +53,8 @@ class Unknown:
     def sampled(self, part: float, size: float) -> float:
         """Return another start, for a number between 0 and 1; `size` is that of what begins at zero."""
         low, high = self.at_least, self.at_most
-        if not self.of_block:
-            return self.start
+        if self.name.startswith(OFFSET):
+            return self.start  # an output moves with it on a straight line: no search ends elsewhere
         if self.sizeless:
             low, high = max(low, -_SPREAD * size), min(high, _SPREAD * size)
         elif not math.isfinite(low) or not math.isfinite(high):
