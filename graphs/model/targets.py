@@ -9,7 +9,8 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import Refusal, did_you_mean
-from proofmass.blocks.declaration.unit_expressions import unit
+from proofmass.blocks.declaration.unit_expressions import UnitError, is_unit, unit
+from proofmass.blocks.declaration.units import convert_exactly, split_quantity
 from proofmass.graphs.formulas.formula import Formula
 from proofmass.graphs.formulas.operations import NUMBER, coherent_unit
 from proofmass.graphs.formulas.tree import dimension_of
@@ -42,11 +43,35 @@ def number_of(formula: Formula, values: Mapping[str, NamedValue], target: Target
         return rate_of(formula, values)
     dimensions = {name: value.dimension for name, value in values.items()}
     number = formula.quantity({name: value.number for name, value in values.items()}, dimensions, target.unit)
+    _refuse_turns(formula, values, target.unit)
     if not target.whole:
         return number
     if not number.is_integer() or abs(number) > LARGEST_WHOLE:
         raise Refusal(f"must be an integer, not {number!r}")
     return int(number)
+
+
+def _refuse_turns(formula: Formula, values: Mapping[str, NamedValue], target: str) -> None:
+    """Refuse a quantity alone, or the name of one, of angle where turns are wanted, or the other way round."""
+    name = quantity = _body(formula.text)
+    while quantity in values:
+        quantity = _body(values[quantity].written)
+    try:
+        if not is_unit(split_quantity(quantity)[1] or target):
+            return  # it has operations, and may well convert
+    except UnitError:
+        return
+    try:
+        convert_exactly(quantity, target)
+    except UnitError as error:
+        if name == quantity:
+            raise
+        turned = f"{name} / (2 * pi)" if "is angle" in str(error) else f"2 * pi * {name}"
+        raise Refusal(str(error), f'write "= {turned}"') from None
+
+
+def _body(text: str) -> str:
+    return text.strip().removeprefix("=").strip()
 
 
 def rate_of(formula: Formula, values: Mapping[str, NamedValue]) -> Fraction:
@@ -76,6 +101,8 @@ def entry_of(formula: Formula, values: Mapping[str, NamedValue], key: str) -> An
     if value.dimension == NUMBER:
         return value.number
     hertz = value.dimension == unit("Hz").exponents
+    if hertz:
+        _refuse_turns(formula, values, "Hz")
     return f"{value.number!r} {'Hz' if hertz else coherent_unit(value.dimension)}"
 
 

@@ -1,0 +1,60 @@
+"""Units of formulas that are one quantity, or the name of one."""
+
+import pytest
+
+from proofmass.blocks.declaration.problem import Problem
+from tests.by_hand.graph_texts import problems_of
+
+TURNING = """\
+name = "turning"
+rate = "{rate}"
+samples = 3
+measures.m = {{ signal = "s.output", statistic = "tone_amplitude", frequency = "{tone}" }}
+[values]
+w = "100 rad/s"
+f = "25 Hz"
+again = "= w"
+[blocks]
+s = {{ kind = "Sine", frequency = "{frequency}" }}
+spin = {{ kind = "Constant", value = "{spin}", unit = "rad/s" }}
+"""
+GOOD = {"rate": "1 kHz", "tone": "100 Hz", "frequency": "1 Hz", "spin": "1 rad/s"}
+
+
+def refused(key: str, formula: str) -> list[Problem]:
+    """Problems of a text with a formula, but notes."""
+    return [problem for problem in problems_of(TURNING.format(**{**GOOD, key: formula})) if not problem.note]
+
+
+@pytest.mark.parametrize(
+    ("key", "formula", "cure"),
+    [
+        ("frequency", "= 100 rad/s", 'write "15.91549431 Hz"'),
+        ("frequency", "= w", 'write "= w / (2 * pi)"'),
+        ("frequency", "= again", 'write "= again / (2 * pi)"'),
+        ("rate", "= w", 'write "= w / (2 * pi)"'),
+        ("tone", "= w", 'write "= w / (2 * pi)"'),
+        ("spin", "= f", 'write "= 2 * pi * f"'),
+        ("spin", "= 25 Hz", 'write "157.0796327 rad/s"'),
+    ],
+)
+@pytest.mark.defect("S962", before='"= 100 rad/s" was 100 Hz', after="refused, with what to write: 15.9 Hz")
+def test_a_quantity_alone_is_not_turned_by_its_formula(key: str, formula: str, cure: str) -> None:
+    (problem,) = refused(key, formula)
+    assert problem.hint == cure
+    told = cure.split('"')[1]
+    assert refused(key, told) == []
+
+
+@pytest.mark.parametrize(
+    ("key", "formula"),
+    [
+        ("frequency", "= w / 6.28"),
+        ("spin", "= 2 * pi * f"),
+        ("frequency", "= f"),
+        ("spin", "= w"),
+        ("spin", "= 90 deg/s"),
+    ],
+)
+def test_formulas_that_may_turn_are_taken(key: str, formula: str) -> None:
+    assert refused(key, formula) == []
