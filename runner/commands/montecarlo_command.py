@@ -30,10 +30,9 @@ from proofmass.runner.comparison.variants import VariantComparison, folders_of
 from proofmass.runner.output.times import time_text
 from proofmass.runner.run.result import Result
 from proofmass.runner.studies.outcome.result import StudyResult
-from proofmass.runner.studies.runs.margins_per_run import notes_on_margins
 from proofmass.runner.studies.shown.plot import plot_study
 from proofmass.runner.studies.shown.text import study_text
-from proofmass.runner.studies.whole.ready import study_notes
+from proofmass.runner.studies.whole.ready import notes_of_a_study
 from proofmass.runner.studies.whole.study import replay, run_study, with_numbers
 
 
@@ -77,7 +76,7 @@ def _run_variants(request: MontecarloRequest, studies: Mapping[str, Study]) -> i
 
 def _run_one(request: MontecarloRequest, study: Study, out: Path | None, alone: bool = True) -> tuple[int, StudyResult]:
     """Run one study, show it, write it to a folder; return the exit code and the result."""
-    for note in [*study_notes(study), *notes_on_margins(study.graph, study.margins)]:
+    for note in notes_of_a_study(study):
         print_problem(note)
     with progress(request.quiet or request.as_json, "run") as bar:
         result = request.call(run_study, study, folder=out, progress=bar)

@@ -25,7 +25,7 @@ from proofmass.runner.commands.declarations.options import (
 )
 
 TOLERANCES = several(
-    'Vary a parameter by "5 %", by "0.1 V", or within "4.9 V..5.2 V"; repeatable.',
+    'Vary a parameter by "5 %", which is "0.05", by "0.1 V", or within "4.9 V..5.2 V"; repeatable.',
     "--tolerance",
     metavar="PARAMETER=WIDTH",
 )

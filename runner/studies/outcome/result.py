@@ -2,7 +2,7 @@
 
 import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.shown_units import display, in_table, long_time, prefix
 from proofmass.graphs.studies.study import RUN, Study
 from proofmass.runner.host.arrays import AnyArray
@@ -52,6 +53,7 @@ class StudyResult(Plotted):
     engine: str  # that ran
     provenance: Mapping[str, str] = field(default_factory=dict)  # versions, machine and date
     lost_workers: tuple[str, ...] = ()  # of Dask, by address: others did their runs
+    noted: Callable[[], Iterable[Problem]] = field(default=tuple, repr=False, compare=False)  # gives the notes
 
     def __getitem__(self, measure: str) -> AnyArray:
         return self.values[measure]
@@ -66,6 +68,11 @@ class StudyResult(Plotted):
     def interrupted(self) -> bool:
         """True if runs are missing, since the study was interrupted."""
         return len(self.numbers) < self.planned_runs
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """On ages, correlations and limits, and on blocks at a corner about which loops are linearised."""
+        return tuple(map(str, self.noted()))
 
     @cached_property
     def sensors(self) -> int:

@@ -17,6 +17,7 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.recording_notes import recording_notes
 from proofmass.runner.run.trace_size import refuse_large
+from proofmass.runner.studies.runs.margins_per_run import notes_on_margins
 
 MANY_STEPS = 1000  # in a tick
 
@@ -63,6 +64,11 @@ def _length(planned: Plan, study: Study | None) -> Iterator[Problem]:
     except ModelError as error:
         missing = planned.graph.samples is None and planned.graph.duration is None
         yield from (replace(problem, note=missing and study is None) for problem in error.problems)
+
+
+def notes_of_a_study(study: Study) -> list[Problem]:
+    """Return the notes on a study, and on blocks at a corner about which its loops are linearised."""
+    return [*study_notes(study), *notes_on_margins(study.graph, study.margins)]
 
 
 def study_notes(study: Study) -> Iterator[Problem]:

@@ -37,6 +37,7 @@ from proofmass.runner.studies.outcome.running_means import RunningMeans
 from proofmass.runner.studies.runs.facts import facts_of
 from proofmass.runner.studies.runs.margins_per_run import margin_measures
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns, noise_run
+from proofmass.runner.studies.whole.ready import notes_of_a_study
 
 BATCH_SECONDS = 0.2  # of runs that are written together
 _Source = Callable[[AnyArray, RunningMeans, threading.Event], Generator[Outcomes, None, None]]
@@ -70,6 +71,8 @@ def run_study(
     after the runs under way, and the result has the runs that are done. A damaged ledger is
     refused; `repair` keeps its whole runs, and runs the others again. A study with `stop` ends when
     its means are known well enough; `planned_runs` of the result says after how many.
+
+    What `check` would say of it, and of blocks at a corner, is in the `notes` of the result.
 
     Raises `ModelError` if the study is wrong or has variants, or the ledger in the folder is
     damaged or belongs to another graph or study; `RunError` if the cluster fails.
@@ -132,6 +135,7 @@ def run_sensors(
         engine=sensors.engine,
         provenance=provenance(study.graph, sensors.engine),
         lost_workers=tuple(lost),
+        noted=functools.partial(notes_of_a_study, study),
         **outcomes,
     )
 

@@ -10,6 +10,7 @@ import xarray
 
 from proofmass.graphs.studies.ages import age_text
 from proofmass.runner.command_line import main
+from proofmass.runner.studies.whole.study import run_study
 from tests.by_hand.study_texts import CALIBRATED, STUDY
 
 
@@ -78,6 +79,18 @@ def test_margins_about_a_corner_have_a_note(
     assert main(["montecarlo", str(path), "--quiet"]) == 0
     shown = capsys.readouterr().err
     assert ("corner.toml:8: note: loops.main: x stands exactly at a corner" in shown) == said
+
+
+@pytest.mark.defect("S963", before="no word of the corner in Python", after="the notes of the result have it")
+@pytest.mark.parametrize(("edge", "said"), [("0.0", True), ("0.1", False)])
+def test_the_result_in_python_has_the_notes_of_the_command(edge: str, said: bool, tmp_path: Path) -> None:
+    path = tmp_path / "corner.toml"
+    path.write_text(AT_A_CORNER.replace("highest = 0.0", f"highest = {edge}"))
+    notes = run_study(path, engine="python").notes
+    told = [note.partition(": ")[2] for note in notes]
+    assert [note.partition(": its slope")[0] for note in told] == [
+        "note: loops.main: x stands exactly at a corner"
+    ] * said
 
 
 @pytest.mark.friendly(34, "by one option")
