@@ -79,6 +79,15 @@ class SteadyState:
         bias = dc @ self._at_zero + c @ at_zero + dlevel - dd * at_input - d * dinput
         return float(scale), float(bias)
 
+    def sizes(self, parameter: str) -> tuple[float, float]:
+        """Return the sums of sizes that these derivatives are, of which rounding leaves a part."""
+        _, b, c, d, _, _, at_input = map(np.abs, self._parts(self._map.matrix))
+        da, db, dc, dd, dstep, dlevel, dinput = map(np.abs, self._parts(self._map.slopes[parameter]))
+        inverse, input_, zero = np.abs(self._inverse), np.abs(self._by_input), np.abs(self._at_zero)
+        scale = dc @ input_ + c @ (inverse @ (da @ input_ + db)) + dd
+        moved = inverse @ (da @ zero + dstep + db * at_input + b * dinput)
+        return float(scale), float(dc @ zero + c @ moved + dlevel + dd * at_input + d * dinput)
+
     def _parts(self, matrix: Array) -> tuple[Array, Array, Array, float, Array, float, float]:
         """A, B for all values of the input alike, C, D, step and level of the mean output, and the input itself."""
         n, rows = self._map.order, self._rows

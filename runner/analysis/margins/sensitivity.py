@@ -10,6 +10,7 @@ import cmath
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from proofmass.runner.analysis.margins.margins import Margins, margins_at
 from proofmass.runner.host.arrays import Complex
 from proofmass.runner.plan.planned import Plan
 
+_ROUNDING = 1e-12
 _NEXT = 1e-6  # distance from the boundary of a pole that a critical factor puts there
 
 
@@ -74,9 +76,11 @@ def transfer_sensitivities(about: Linearisation, source: Endpoint, target: Endpo
     units = [planned.unit(node) for node in (target, source)]
     ratio = short_unit(f"({units[0]})/({units[1]})")
     by_scale, by_bias = ({name: pair[i] for name, pair in slopes.items()} for i in (0, 1))
+    sizes = {name: settled.sizes(name) for name in slopes}
+    of_scale, of_bias = ({name: pair[i] for name, pair in sizes.items()} for i in (0, 1))
     return (
-        ranked(planned, "scale factor", ratio, scale, by_scale, period_map.undefined),
-        ranked(planned, "bias", units[0], bias, by_bias, period_map.undefined, settled.size),
+        ranked(planned, "scale factor", ratio, scale, by_scale, period_map.undefined, sizes=of_scale),
+        ranked(planned, "bias", units[0], bias, by_bias, period_map.undefined, settled.size, of_bias),
     )
 
 
@@ -219,16 +223,22 @@ def ranked(
     slopes: Mapping[str, float],
     undefined: tuple[str, ...],
     size: float = 0.0,
+    sizes: Mapping[str, float] = MappingProxyType({}),
 ) -> Sensitivity:
-    """Return a quantity, its strongest effect first; what rounding leaves of numbers of some size counts as zero."""
+    """Return a quantity, its strongest effect first; what rounding leaves of numbers of some size counts as zero.
+
+    `sizes` are those of which derivatives are sums. Parameters at zero have no change that would
+    have the unit of the quantity: their derivatives are compared with these.
+    """
     values = Dependence(planned.graph.root)
     no_slope = [value for value in values.numbers if _has_no_slope(planned, values, value, undefined)]
     by_value = {name: slope for name, slope in _slopes_by_values(values, slopes).items() if name not in no_slope}
     effects = [_effect(planned, name, slope) for name, slope in slopes.items()]
     effects += [_with_percent(n, values.numbers[n], values.units[n], slope) for n, slope in by_value.items()]
     changes = {e: abs(e.derivative if e.of_one_percent is None else e.of_one_percent) for e in effects}
-    rounding = 1e-12 * max(abs(value), size, *(abs(e.of_one_percent) for e in effects if e.of_one_percent))
-    kept = [effect for effect in effects if changes[effect] > rounding]
+    rounding = _ROUNDING * max(abs(value), size, *(abs(e.of_one_percent) for e in effects if e.of_one_percent))
+    without = {e: _ROUNDING * sizes[e.parameter] for e in effects if e.of_one_percent is None and e.parameter in sizes}
+    kept = [effect for effect in effects if changes[effect] > without.get(effect, rounding)]
     kept.sort(key=lambda e: (e.of_one_percent is None, -changes[e], e.parameter))
     return Sensitivity(quantity, unit, value if abs(value) > rounding else 0.0, tuple(kept), (*undefined, *no_slope))
 

@@ -28,7 +28,7 @@ from proofmass.runner.analysis.linearisation.wire_response import grid
 from proofmass.runner.analysis.margins.sensitivity import ranked
 from proofmass.runner.analysis.noise.along_run import budgets_along, refusal
 from proofmass.runner.analysis.noise.band import mean_squares
-from proofmass.runner.analysis.noise.derivatives import one_more, rms_slopes
+from proofmass.runner.analysis.noise.derivatives import one_more, slopes_and_sizes
 from proofmass.runner.analysis.noise.grids import errors_about
 from proofmass.runner.analysis.noise.noise_budget import DROPPED, QUANTISATION, NoiseBudget, NoiseSource
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
@@ -210,7 +210,8 @@ def _budget_about(
     )
     if not derivatives:
         return budget
-    slopes = rms_slopes(to_output, limits if band is not None or not to_output.settles else None, budget.rms)
+    within = limits if band is not None or not to_output.settles else None
+    slopes, sizes = slopes_and_sizes(to_output, within, budget.rms)
     rounding = [source.block for source in sources_made if source.kind in (QUANTISATION, DROPPED)]
 
     def again(changed: Graph) -> float:
@@ -218,7 +219,9 @@ def _budget_about(
 
     return replace(
         budget,
-        derivatives=ranked(planned, f"noise of {output}", budget.unit, budget.rms, slopes, whole.undefined),
+        derivatives=ranked(
+            planned, f"noise of {output}", budget.unit, budget.rms, slopes, whole.undefined, sizes=sizes
+        ),
         steps=tuple(one_more(planned, rounding, budget.rms, again)),
     )
 

@@ -54,11 +54,20 @@ def one_more(planned: Plan, blocks: Iterable[str], rms: float, again: Callable[[
 
 def rms_slopes(of: NoiseMap, band: tuple[float, float] | None, rms: float) -> Mapping[str, float]:
     """Return the derivative of the rms by each parameter, over all frequencies or in a band."""
+    return slopes_and_sizes(of, band, rms)[0]
+
+
+def slopes_and_sizes(
+    of: NoiseMap, band: tuple[float, float] | None, rms: float
+) -> tuple[Mapping[str, float], Mapping[str, float]]:
+    """Return the derivatives of the rms, and the sums of sizes that they are, of which rounding leaves a part."""
     by_matrices = _of_all(of) if band is None else _of_band(of, band)
-    return {
-        name: sum(float(np.sum(by * change)) for by, change in zip(by_matrices, slope, strict=True)) / (2.0 * rms)
-        for name, slope in of.slopes.items()
-    }
+    slopes, sizes = dict[str, float](), dict[str, float]()
+    for name, slope in of.slopes.items():
+        terms = [by * change / (2.0 * rms) for by, change in zip(by_matrices, slope, strict=True)]
+        slopes[name] = sum(float(np.sum(term)) for term in terms)
+        sizes[name] = sum(float(np.sum(np.abs(term))) for term in terms)
+    return slopes, sizes
 
 
 def _of_all(of: NoiseMap) -> Matrices:

@@ -74,7 +74,9 @@ def table_of_dataset(source: Any, wanted: list[str], name: str) -> RecordedTable
     held = {str(key): values for key, values in source.data_vars.items()}
     for key in wanted:
         vector, entry = split_entry(key)
-        if key not in held and vector in held and entry in range(math.prod(held[vector].shape[1:])):
+        if key in held or entry is None or vector not in held:
+            continue
+        if entry < math.prod(held[vector].shape[1:]):
             held[key] = held[vector][(slice(None), *np.unravel_index(entry, held[vector].shape[1:]))]
     axes = {key: tuple(map(str, held[key].dims)) for key in wanted if key in held}
     axis = next(iter(axes.values()), tuple(map(str, source.dims))[:1])
