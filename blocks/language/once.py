@@ -1,4 +1,4 @@
-"""What functions of a user's own block do that run once a sensor, as text: equal where all sensors are.
+"""Text of what functions of a user's own block do that run once a sensor: equal where all sensors are.
 
 A program holds what is done in each tick; what `constants`, `start` and requirements do shows in
 the numbers of the sensors that are tried alone.

@@ -81,8 +81,9 @@ class SteadyState:
 
     def sizes(self, parameter: str) -> tuple[float, float]:
         """Return the sums of sizes that these derivatives are, of which rounding leaves a part."""
-        _, b, c, d, _, _, at_input = map(np.abs, self._parts(self._map.matrix))
-        da, db, dc, dd, dstep, dlevel, dinput = map(np.abs, self._parts(self._map.slopes[parameter]))
+        _, b, c, d, _, _, at_input = (np.abs(part) for part in self._parts(self._map.matrix))
+        by_parameter = self._parts(self._map.slopes[parameter])
+        da, db, dc, dd, dstep, dlevel, dinput = (np.abs(part) for part in by_parameter)
         inverse, input_, zero = np.abs(self._inverse), np.abs(self._by_input), np.abs(self._at_zero)
         scale = dc @ input_ + c @ (inverse @ (da @ input_ + db)) + dd
         moved = inverse @ (da @ zero + dstep + db * at_input + b * dinput)

@@ -241,6 +241,6 @@ def test_texts_rows_and_checkpoints_that_do_not_fit_are_named(tmp_path: Path) ->
     }
     (tmp_path / "b").mkdir()
     for name, write in writers.items():
-        with largest_file(500), pytest.raises(OSError, match="too large|requested and") as caught:
+        with largest_file(500), pytest.raises(OSError, match=r"too large|requested and") as caught:
             write()
         assert caught.value.filename == str(tmp_path / name)
