@@ -21,6 +21,7 @@ from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.rounded import NEAR, known_note, moved_maps, nearest_mode
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse, grid, resonances
 from proofmass.runner.analysis.margins.frequencies import Samples, highest
+from proofmass.runner.analysis.response.phase import counted_phase
 from proofmass.runner.analysis.response.simulated import Simulated, read_amplitude, simulated
 from proofmass.runner.analysis.response.step import StepFigures, StepResponse, step_response
 from proofmass.runner.analysis.response.stimuli import Stimulus, StimulusKind
@@ -33,7 +34,6 @@ from proofmass.runner.planning.plan import plan
 _BELOW = 0.1  # of the lowest corner, where a picture begins
 _EVEN = 200  # frequencies
 _DECADES = 6.0  # that it covers at most
-_A_TURN = 8  # frequencies for each turn that the phase may make
 _AT_REST = 1e-9  # of the largest gain: a gain at rest that is rounding
 _HALF = math.sqrt(0.5)
 _BISECTIONS = 60
@@ -64,18 +64,9 @@ class Response(Told, Plotted):
 
     @cached_property
     def phase(self) -> Array:
-        """Phase in radians at the frequencies, counted on without jumps from rest, or from the lowest frequency.
-
-        At rest it is 0 or pi. Each pole and each zero turn it by half a turn at most, in each line of a period.
-        """
-        wires, top = self.wires, max(self.wires.top, float(np.max(self.frequencies)))
-        turns = (len(wires.matrices[0]) + 2) * max(wires.values, wires.entries)
-        even = np.linspace(0.0, top, _A_TURN * turns + 1)[1:]
-        w = np.unique(np.concatenate([self._samples.w, even[even > self._samples.w[0]]]))
-        angles = np.angle(wires.gain(w))
-        if w[0] == 0.0:
-            angles[0] = abs(angles[0])  # a gain at rest is real: the sign of its imaginary part is rounding
-        return np.asarray(np.unwrap(angles)[np.searchsorted(w, self.frequencies)])
+        """Phase in radians at the frequencies, with all turns from rest, or from the lowest frequency that is shown."""
+        shown = self._samples
+        return counted_phase(self.wires.gain, shown.w, shown.values)[np.searchsorted(shown.w, self.frequencies)]
 
     @cached_property
     def at_rest(self) -> float:

@@ -130,9 +130,7 @@ def read_series(file: str | Path, column: str = "") -> Series:
         time, value = read_columns(path, lambda names: (0, _index(names, column)))
         return Series(np.array(value.values), _step(time), value.name, value.unit or "1")
     except RecordingError as error:
-        key = column and error.parameter.removeprefix(
-            "file"
-        )  # what is wrong with the file is not wrong with its column
+        key = column and error.parameter.removeprefix("file")  # a file that is wrong says nothing of a column
         raise Problem(message=str(error), file=str(path), line=error.line, key=key, hint=error.hint).error from None
 
 

@@ -54,9 +54,7 @@ def true_limit(maps: TickMaps, near: float) -> float:
 
 
 @pytest.mark.defect("S881", before="a limit that rounding moves by 2 % without a word", after="known to 5 % only")
-@pytest.mark.parametrize(
-    ("ticks", "least", "most"), [(10, 0.0, 0.0), (23, 5e-5, 5e-3), (25, 5e-4, 0.5)]
-)
+@pytest.mark.parametrize(("ticks", "least", "most"), [(10, 0.0, 0.0), (23, 5e-5, 5e-3), (25, 5e-4, 0.5)])
 def test_a_limit_is_known_to_what_is_said(ticks: int, least: float, most: float) -> None:
     system = there_and_back(ticks)
     told = limits(stable_gains(system))

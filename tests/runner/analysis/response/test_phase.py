@@ -1,0 +1,59 @@
+"""Phases with all their turns against the sum of what each pole, zero and delay turns."""
+
+import numpy as np
+import pytest
+
+from proofmass.runner.analysis.response.phase import counted_phase
+from proofmass.runner.host.arrays import Array, Complex
+
+
+class Factors:
+    """A gain exp(-j w delay) times all (j w - zero), by all (j w - pole)."""
+
+    def __init__(self, zeros: list[complex], poles: list[complex], delay: float = 0.0) -> None:
+        self.zeros, self.poles, self.delay, self.asked = zeros, poles, delay, 0
+
+    def gain(self, w: Array) -> Complex:
+        self.asked += len(w)
+        over, under = (np.prod([1j * w - each for each in places], axis=0) for places in (self.zeros, self.poles))
+        return np.asarray(over / under * np.exp(-1j * w * self.delay))
+
+    def phase(self, w: Array) -> Array:
+        """Each factor turns by less than half a turn, the way that its place lies."""
+        signs = [(1.0, zero) for zero in self.zeros] + [(-1.0, pole) for pole in self.poles]
+        turned = (
+            sign * (np.arctan((w - each.imag) / -each.real) - np.arctan(-each.imag / -each.real))
+            for sign, each in signs
+        )
+        return np.asarray(sum(turned) - w * self.delay)
+
+
+def pair(place: complex) -> list[complex]:
+    return [place, place.conjugate()]
+
+
+@pytest.mark.parametrize(
+    ("factors", "most"),
+    [
+        (Factors(pair(-1e-5 + 2j), pair(-1.0 + 1j)), 400),
+        (Factors(pair(1e-5 + 2j), pair(-1.0 + 1j)), 400),
+        (Factors([*pair(1e-3 + 2.1j), *pair(-1e-3 + 5j)], [*pair(-0.1 + 1j), *pair(-2.0 + 1j)]), 600),
+        (Factors([], [-1.0 + 0j], delay=300.0), 200),
+        (Factors(pair(1e-4 + 3.3j), [*pair(-0.01 + 0.5j), -3.0 + 0j], delay=77.0), 600),
+    ],
+    ids=["a notch", "a notch that lags", "two and a resonance", "a long delay", "all of these"],
+)
+def test_all_turns_are_counted(factors: Factors, most: int) -> None:
+    w = np.linspace(0.0, 10.0, 41)
+    at_rest = 0.0 if factors.gain(w[:1])[0].real > 0.0 else np.pi
+    factors.asked = 0
+    assert counted_phase(factors.gain, w, factors.gain(w)) == pytest.approx(at_rest + factors.phase(w), abs=1e-9)
+    assert factors.asked < most
+
+
+def test_a_gain_that_is_zero_has_the_phase_before_it() -> None:
+    w = np.linspace(0.0, 3.0, 4)
+    found = counted_phase(lambda at: np.asarray(1j * at * (2.0 - at)), w, np.asarray(1j * w * (2.0 - w)))
+    assert np.sin(found) == pytest.approx([1.0, 1.0, 1.0, -1.0])
+    assert found[0] == found[1] == found[2]
+    assert counted_phase(np.zeros_like, w, np.zeros(4, dtype=complex)).tolist() == [0.0] * 4
