@@ -8,10 +8,12 @@ the angles alone.
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
-from proofmass.runner.host.arrays import Array, Complex
+from proofmass.runner.derivatives.stepped_ticks import Indices
+from proofmass.runner.host.arrays import Array, Complex, Truths
 
 _BESIDE = 1e-3  # part of the way to the next frequency over which a slope is taken
 _SURE = 0.5  # rad by which turns by slopes and by angles differ at most
@@ -22,9 +24,9 @@ _Answer = Callable[[Array], Complex]
 def counted_phase(answer: _Answer, frequencies: Array, gains: Complex) -> Array:
     """Return the phase in radians at frequencies in order; the first one is that of its gain, at rest 0 or pi.
 
-    Where a gain is zero the phase is that at the frequency before.
+    Where a gain is zero, or infinite, the phase is that at the frequency before.
     """
-    known = np.flatnonzero(gains)
+    known = np.flatnonzero(np.isfinite(gains) & (gains != 0.0))
     if not len(known):
         return np.zeros(len(frequencies))
     w, g = frequencies[known], gains[known]
@@ -33,32 +35,49 @@ def counted_phase(answer: _Answer, frequencies: Array, gains: Complex) -> Array:
     return np.asarray(phase[np.maximum(np.searchsorted(known, np.arange(len(frequencies)), side="right") - 1, 0)])
 
 
+class _Pieces(NamedTuple):
+    """Parts of the axis between frequencies, with the number of the first one and the gains at both ends."""
+
+    of: Indices
+    low: Array
+    high: Array
+    before: Complex
+    after: Complex
+
+    def chosen(self, which: Truths) -> "_Pieces":
+        """Return some of them."""
+        return _Pieces(self.of[which], self.low[which], self.high[which], self.before[which], self.after[which])
+
+
 def _turns(answer: _Answer, w: Array, g: Complex) -> Array:
     """Return by how much the phase turns from each frequency to the next."""
-    turns, of = np.zeros(len(w) - 1), np.arange(len(w) - 1)
-    low, high, before, after = w[:-1], w[1:], g[:-1], g[1:]
-    while len(of):
-        beside, middle = _BESIDE * (high - low), 0.5 * (low + high)
-        turn = _turn(before, after)
-        rough = (_turn(before, answer(low + beside)) + _turn(answer(high - beside), after)) / (2.0 * _BESIDE)
-        whole = 2.0 * math.pi * np.round((rough - turn) / (2.0 * math.pi))
-        told = np.abs(turn + whole - rough) <= _SURE
-        np.add.at(turns, of[told], (turn + whole)[told])
-        of, low, middle, high, before, after, turn = (
-            each[~told] for each in (of, low, middle, high, before, after, turn)
-        )
+    turns = np.zeros(len(w) - 1)
+    left = _Pieces(np.arange(len(turns)), w[:-1], w[1:], g[:-1], g[1:])
+    while len(left.of):
+        turn, rough = _turn(left.before, left.after), _by_slopes(answer, left)
+        whole = turn + 2.0 * math.pi * np.round((rough - turn) / (2.0 * math.pi))
+        told = np.abs(whole - rough) <= _SURE
+        np.add.at(turns, left.of[told], whole[told])
+        left, turn = left.chosen(~told), turn[~told]
+        middle = 0.5 * (left.low + left.high)
         between = answer(middle)
-        bent = np.abs(between - 0.5 * (before + after))
-        straight = bent <= _STRAIGHT * np.maximum(np.abs(before), np.abs(after))
-        np.add.at(turns, of[straight], turn[straight])
-        of, low, middle, high, before, between, after = (
-            each[~straight] for each in (of, low, middle, high, before, between, after)
-        )
-        of, low, high = np.append(of, of), np.append(low, middle), np.append(middle, high)
-        before, after = np.append(before, between), np.append(between, after)
+        with np.errstate(invalid="ignore"):
+            bent = np.abs(between - 0.5 * (left.before + left.after))
+        straight = ~(bent > _STRAIGHT * np.maximum(np.abs(left.before), np.abs(left.after)))  # not a number at a pole
+        straight |= (middle <= left.low) | (middle >= left.high)
+        np.add.at(turns, left.of[straight], turn[straight])
+        halves = left._replace(high=middle, after=between), left._replace(low=middle, before=between)
+        left = _Pieces(*map(np.concatenate, zip(*(half.chosen(~straight) for half in halves), strict=True)))
     return turns
+
+
+def _by_slopes(answer: _Answer, of: _Pieces) -> Array:
+    """Return roughly how much the phase turns over pieces: by the slopes at both ends."""
+    beside = _BESIDE * (of.high - of.low)
+    both = _turn(of.before, answer(of.low + beside)) + _turn(answer(of.high - beside), of.after)
+    return np.asarray(both / (2.0 * _BESIDE))
 
 
 def _turn(before: Complex, after: Complex) -> Array:
     """Return the angle from one number to another, within half a turn."""
-    return np.asarray(np.angle(after * before.conj()))
+    return np.asarray((np.angle(after) - np.angle(before) + math.pi) % (2.0 * math.pi) - math.pi)

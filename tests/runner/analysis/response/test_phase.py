@@ -57,3 +57,17 @@ def test_a_gain_that_is_zero_has_the_phase_before_it() -> None:
     assert np.sin(found) == pytest.approx([1.0, 1.0, 1.0, -1.0])
     assert found[0] == found[1] == found[2]
     assert counted_phase(np.zeros_like, w, np.zeros(4, dtype=complex)).tolist() == [0.0] * 4
+
+
+@pytest.mark.parametrize("place", [1.0, 0.7, 0.123456789])
+def test_a_pole_on_the_axis_turns_by_half_a_turn(place: float) -> None:
+    """Which way is not known."""
+    w = np.linspace(0.0, 2.0, 21)
+
+    def gain(at: Array) -> Complex:
+        with np.errstate(divide="ignore"):
+            return np.asarray(1.0 / (place**2 - at**2) + 0j)
+
+    found = counted_phase(gain, w, gain(w))
+    assert np.cos(found) == pytest.approx(np.where(w < place + 1e-6, 1.0, -1.0))
+    assert np.abs(found[-1]) == pytest.approx(np.pi)
