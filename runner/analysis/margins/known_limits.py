@@ -1,4 +1,4 @@
-"""How well limits of loops with many values in a period are known.
+"""Parts to which limits of loops with many values in a period are known.
 
 Where a small signal grows by much within a period and shrinks again, the growth over the whole
 period hangs on the last digits of the maps of its ticks. Limits are known to where maps that are
