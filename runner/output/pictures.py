@@ -46,9 +46,10 @@ STYLE: Any = {
     "svg.hashsalt": "proofmass",
     "path.simplify": True,
 }
-_MOST_TICKS, _LETTER, _GAP = 6, 0.75, 2  # numbers of an axis, a letter's width over its size, letters between them
+_MOST_DEGREES, _LETTER, _GAP = 6, 0.75, 2  # numbers of an axis, a letter's width over its size, letters between them
 _FEWEST_TICKS = 3
 _FEW_DEGREES, _MANY_DEGREES, _FEW_DECADES = 120.0, 600.0, 300.0  # of an axis: spans; its end over its beginning
+_MOST_DEGREES = 14  # numbers of an axis of degrees
 _NO_DATE: dict[str, dict[str, None]] = {  # the same result gives the same bytes
     "svg": {"Date": None, "Creator": None, "Format": None, "Type": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
@@ -96,7 +97,7 @@ def name_rows(panel: "Axes", names: Sequence[str]) -> None:
 def room_for_ticks(panel: "Axes") -> None:
     """Give the horizontal axis only as many numbers as stand beside each other in its width."""
     places = panel.get_window_extent().width / panel.figure.dpi * 72.0 / (_LETTER * STYLE["font.size"])
-    for number in range(_MOST_TICKS, 1, -1):
+    for number in range(_MOST_DEGREES, 1, -1):
         panel.locator_params(axis="x", nbins=number)
         shown = panel.xaxis.get_major_formatter().format_ticks([float(place) for place in panel.get_xticks()])
         if sum(len(text) + _GAP for text in shown) <= places:
@@ -104,9 +105,11 @@ def room_for_ticks(panel: "Axes") -> None:
 
 
 def phase_ticks(panel: "Axes") -> None:
-    """Number a vertical axis of degrees by eighths of a turn, or thirds of these, or by halves."""
+    """Number a vertical axis of degrees by eighths of a turn, or thirds of these, or by halves, so many that fit."""
     bottom, top = panel.get_ylim()
     step = 15.0 if top - bottom < _FEW_DEGREES else 45.0 if top - bottom < _MANY_DEGREES else 180.0
+    while (top - bottom) / step > _MOST_DEGREES:
+        step *= 2.0
     places = [step * number for number in range(math.ceil(bottom / step), math.floor(top / step) + 1)]
     if len(places) > 1:
         panel.set_yticks(places)

@@ -4,7 +4,8 @@ from itertools import pairwise
 
 import pytest
 
-from proofmass import response
+from proofmass import Graph, response
+from proofmass.blocks import Constant, Delay
 from proofmass.runner.analysis.response.plot import plot_response
 
 
@@ -32,3 +33,17 @@ def test_phases_are_eighths_of_a_turn_and_frequencies_plain_numbers() -> None:
     boxes = sorted((label.get_window_extent() for label in inside), key=lambda box: box.x0)
     assert len(boxes) > 2
     assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
+
+
+@pytest.mark.defect("S965", before="41 numbers of phases on top of each other", after="eight, by multiples of a turn")
+def test_phases_of_a_long_delay_do_not_touch() -> None:
+    """A delay of 40 ticks turns by 40 halves of a turn up to half the rate."""
+    blocks = {"u": Constant(value=0.0), "late": Delay(ticks=40)}
+    graph = Graph(name="", rate="1 kHz", blocks=blocks, wires=["u.output -> late.input"])
+    figure = plot_response(response(graph, "u.output", "late.output"))
+    figure.canvas.draw()
+    phase = figure.axes[1]
+    boxes = sorted((label.get_window_extent() for label in phase.get_yticklabels()), key=lambda box: box.y0)
+    assert all(step % 360.0 == 0.0 for step in phase.get_yticks())
+    assert len(boxes) > 4
+    assert all(below.y1 < above.y0 for below, above in pairwise(boxes))
