@@ -175,6 +175,8 @@ def effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:
     """Return the largest relative change of a response where what one block does to another is as in the second map."""
     if (first.states, first.inputs, first.outputs) != (second.states, second.inputs, second.outputs):
         return math.inf
+    if np.array_equal(first.matrix[:, :-1], second.matrix[:, :-1]):
+        return 0.0
     kept = first.between_with(second)
     first, second = first.kept(kept), second.kept(kept)
     changes, n = [0.0], first.order
