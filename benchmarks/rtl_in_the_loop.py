@@ -33,7 +33,7 @@ def main() -> None:
     ticks = int(sys.argv[1]) if len(sys.argv) > 1 else planned.ticks()
     ports = compose(planned).outputs
     outputs = {split(port.text.partition("[")[0]) for port in ports}
-    engines = [make_engine(planned, name, planned.graph.seed, 0, start(planned)) for name in ("compiled", "cxxrtl")]
+    engines = [make_engine(planned, n, planned.graph.seed, 0, start(planned), ticks) for n in ("compiled", "cxxrtl")]
     seconds, compared, done = [0.0, 0.0], 0, 0
     while done < ticks:
         first, done = done, min(done + (1 if done < SINGLE else CHUNK), ticks)

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from rtl_stimuli import GIVEN, TESTED, Column
 
+from proofmass.graphs.model.limits import LARGEST_RUN
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
@@ -39,7 +40,11 @@ def by_python(
 ) -> tuple[Found, dict[str, int]]:
     """The functions of the block alone, interpreted; and in how many clocks each register changed."""
     alone = _without_sources(planned)
-    engine, rows, readers = make_engine(alone, "python", 0, 0, start(alone)), _rows(alone, clocks), _readers(machine)
+    engine, rows, readers = (
+        make_engine(alone, "python", 0, 0, start(alone), clocks),
+        _rows(alone, clocks),
+        _readers(machine),
+    )
     memory = engine.memory()
     kinds = {name: held_as(port.dtype) for name, port in type(alone.blocks[TESTED]).inputs.items()}
     inputs = [(alone.schedule.drivers[TESTED, n], list(map(kind, columns[n].tolist()))) for n, kind in kinds.items()]
@@ -75,7 +80,7 @@ def by_compiled_loop(planned: Plan, machine: Machine, clocks: int) -> Found:
     """The graph as one loop."""
 
     def run() -> Found:
-        engine, rows = make_engine(planned, "compiled", 0, 0, start(planned)), _rows(planned, clocks)
+        engine, rows = make_engine(planned, "compiled", 0, 0, start(planned), LARGEST_RUN), _rows(planned, clocks)
         began = process_time()
         engine.advance(clocks, rows)
         seconds = process_time() - began

@@ -33,11 +33,11 @@ class Compiling:
     """The machine code of a plan, as far as it is.
 
     `looked` is set once it is known whether it is in the cache; `ended` once the machine code is
-    there, or cannot be.
+    there, or cannot be. It is made for a long run, or is `quick`.
     """
 
-    def __init__(self, plan: Plan) -> None:
-        self.plan = plan
+    def __init__(self, plan: Plan, quick: bool = False) -> None:
+        self.plan, self._quick = plan, quick
         self.looked, self.ended = threading.Event(), threading.Event()
         self._prepared: tuple[TickLoop, LlvmModule] | None = None
         self._compiled: CompiledPlan | None = None
@@ -68,7 +68,7 @@ class Compiling:
         written = write_tick(self.plan)
         with AT_WORK:
             _go_on()
-            self._prepared = written, module_of(written)
+            self._prepared = written, module_of(written, self._quick)
         if is_cached(self._prepared[1].key):
             self._compile()
         with self._looking:

@@ -28,7 +28,7 @@ class Starter(Protocol):
 class EngineFacts:
     """Facts of an engine that are known before anything is imported for it."""
 
-    prepare: Callable[["Plan"], Starter]  # does once, for all runs of a plan, what takes long
+    prepare: Callable[["Plan", int], Starter]  # does once, for all runs of a plan, what takes long; ticks of all
     libraries: tuple[str, ...]  # whose versions a result states
     studies: bool = True  # whether runs of a study may use it
     threads: bool = False  # whether runs of a study gain from threads
@@ -36,22 +36,23 @@ class EngineFacts:
     machine_code: bool = False  # whether a result states the processor the loop was compiled for
 
 
-def _python(plan: "Plan") -> Starter:
+def _python(plan: "Plan", ticks: int) -> Starter:
     # for start-up time: the table is read by the command line's help
     from proofmass.runner.reference.interpret import Interpreter
 
     return lambda plan, seed, run, memory: Interpreter(plan, seed, run, memory.copy())
 
 
-def _compiled(plan: "Plan") -> Starter:
+def _compiled(plan: "Plan", ticks: int) -> Starter:
     # for start-up time: plain Python needs no compiler
+    from proofmass.runner.run.estimates import is_short
     from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 
-    compiled = CompiledPlan(plan)
+    compiled = CompiledPlan(plan, quick=is_short(plan, ticks))
     return lambda plan, seed, run, memory: CompiledLoop(plan, seed, run, memory, compiled)
 
 
-def _cxxrtl(plan: "Plan") -> Starter:
+def _cxxrtl(plan: "Plan", ticks: int) -> Starter:
     # for start-up time: only this engine needs models of hardware
     from proofmass.runner.rtl.model.co_simulation import CoSimulation
 

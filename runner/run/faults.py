@@ -54,7 +54,7 @@ def name_fault(planned: Plan, seed: int, run: int, memory: Memory, end: int) -> 
     last = end
     while last - memory.tick > NAMED_TICKS:
         middle = (memory.tick + last) // 2
-        engine = make_engine(planned, "compiled", seed, run, memory)
+        engine = make_engine(planned, "compiled", seed, run, memory, end)
         if engine.advance(middle, room(planned, memory.tick, middle)):
             memory = engine.memory()
         else:

@@ -13,7 +13,8 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import Interpreter
 from proofmass.runner.run.compiling import Compiling
 from proofmass.runner.run.engine_table import EngineName
-from proofmass.runner.run.engines import INTERPRETED_PART, choose, compiling_seconds, make_engine
+from proofmass.runner.run.engines import INTERPRETED_PART, choose, make_engine
+from proofmass.runner.run.estimates import compiling_seconds, is_short
 
 LOOKING_SECONDS = 0.4  # at most, before the first tick, to know if code is in the cache
 _LARGE = 1.0  # seconds of compiling above which the answer takes too long
@@ -25,8 +26,9 @@ def begin(planned: Plan, wanted: EngineName, seed: int, run: int, memory: Memory
     """The engine of a run that goes on from a memory to the tick `ticks`."""
     name = choose(planned, ticks, wanted)
     if wanted == "auto" and name == "compiled":
-        return HandOver(planned, seed, run, memory, Compiling(planned), ticks, compiling_seconds(planned))
-    return make_engine(planned, name, seed, run, memory)
+        compiling = Compiling(planned, is_short(planned, ticks - memory.tick))
+        return HandOver(planned, seed, run, memory, compiling, ticks, compiling_seconds(planned))
+    return make_engine(planned, name, seed, run, memory, ticks)
 
 
 class HandOver:

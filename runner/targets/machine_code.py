@@ -36,10 +36,13 @@ class Settings(NamedTuple):
     rows: bool = False  # gather numbers into short vectors
     loops: bool = True  # make vectors of loops
     wide: bool = False  # as wide as the processor has them
-    selection: int = 3  # of instructions: with level 0 made in a fourth of the time, if the code runs for seconds alone
+    selection: int = 3  # of instructions
 
 
 ALONE = Settings()
+QUICK = Settings(
+    level=0, loops=False, selection=0
+)  # made in a sixth of the time, takes up to five times as long to run
 
 
 class LlvmModule(NamedTuple):
@@ -57,6 +60,10 @@ class LlvmModule(NamedTuple):
         """The module of one run."""
         text = llvm_text(program)
         return cls(program, text, settings, key_of(text, settings))
+
+    def compiled_by(self, settings: Settings) -> "LlvmModule":
+        """Return the same module, compiled by other settings."""
+        return self._replace(settings=settings, key=key_of(self.text, settings))
 
 
 def load(program: Program, settings: Settings = ALONE) -> Callable[..., Any]:

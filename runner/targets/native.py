@@ -25,7 +25,7 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.slots import FLOATS, INTEGERS, K, Slots, array_of, fields, numbers_of
 from proofmass.runner.program.tick import write_tick
 from proofmass.runner.program.tick_loop import TickLoop
-from proofmass.runner.targets.machine_code import LlvmModule, Settings, is_cached, load_module
+from proofmass.runner.targets.machine_code import QUICK, LlvmModule, Settings, is_cached, load_module
 
 _Place: TypeAlias = tuple[type, int]
 BegunNumbers: TypeAlias = tuple[dict[str, AnyArray], dict[str, AnyArray], dict[VectorOf, AnyArray]]
@@ -40,11 +40,16 @@ class _Layout(NamedTuple):
 
 
 class CompiledPlan:
-    """The loop of a plan, compiled once for all runs of it and of the plans that differ from it in numbers alone."""
+    """The loop of a plan, compiled once for all runs of it and of the plans that differ from it in numbers alone.
 
-    def __init__(self, plan: Plan, written: TickLoop | None = None, loop: Callable[..., Any] | None = None) -> None:
+    A loop that is not given is compiled; `quick` is for short runs.
+    """
+
+    def __init__(
+        self, plan: Plan, written: TickLoop | None = None, loop: Callable[..., Any] | None = None, quick: bool = False
+    ) -> None:
         self.plan, self.written = plan, written or write_tick(plan)
-        self.loop = loop or load_module(module_of(self.written))
+        self.loop = loop or load_module(module_of(self.written, quick))
         self._recorded = dict[VectorOf, tuple[Sequence[float], AnyArray]]()
         self._held = dict[tuple[tuple[str, str, int], ...], list[tuple[Endpoint | None, list[int]]]]()
 
@@ -239,14 +244,15 @@ def block_values(plan: Plan, name: str) -> dict[Given, Any]:
     return {key: value for key, value in given.items() if key not in driven}
 
 
-def module_of(written: TickLoop) -> LlvmModule:
-    """Return the loop of one run as LLVM is given it."""
-    return LlvmModule.of(written.program, settings(written))
+def module_of(written: TickLoop, quick: bool = False) -> LlvmModule:
+    """Return the loop of one run as LLVM is given it; a `quick` one is not optimised, unless it has been before."""
+    module = LlvmModule.of(written.program, settings(written))
+    return module.compiled_by(QUICK) if quick and not is_cached(module.key) else module
 
 
-def already_compiled(plan: Plan) -> bool:
+def already_compiled(plan: Plan, quick: bool) -> bool:
     """Return whether the loop of a plan is in the cache."""
-    return is_cached(module_of(write_tick(plan)).key)
+    return is_cached(module_of(write_tick(plan), quick).key)
 
 
 def arrays_of(slots: Slots[K], values: Mapping[K, Any], *lanes: int) -> dict[str, AnyArray]:

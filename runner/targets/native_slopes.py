@@ -24,13 +24,13 @@ from proofmass.runner.program.slots import FLOATS, INTEGERS, array_of
 from proofmass.runner.program.varying import ALL
 from proofmass.runner.targets.found_slopes import LANES, Found, ReusedArrays, StillRow, followed
 from proofmass.runner.targets.lane_text import LanesOf
-from proofmass.runner.targets.machine_code import Settings, load_lanes
+from proofmass.runner.targets.machine_code import QUICK, Settings, load_lanes
 from proofmass.runner.targets.native import BegunNumbers, CompiledLoop, CompiledPlan
 from proofmass.runner.targets.native_lanes import aligned
 from proofmass.runner.targets.still_numbers import StillNumbers
 
 _ENTRIES = 1 << 20  # numbers of the rows of one call, which fit in a cache
-_OF_LOOPS, _OF_NOISE = Settings(wide=True), Settings(level=0, loops=False, selection=0)  # many sensors, or one
+_OF_LOOPS, _OF_NOISE = Settings(wide=True), QUICK  # many sensors, or one
 
 
 class SlopeCode:

@@ -99,7 +99,7 @@ class Forward:
             self._engine = self._code.run(self._plan, self._engine.memory())
 
     def _python(self, memory: Memory) -> Engine:
-        return make_engine(self._plan, "python", self._plan.graph.seed, 0, memory)
+        return make_engine(self._plan, "python", self._plan.graph.seed, 0, memory, memory.tick)
 
 
 class MachineCode:

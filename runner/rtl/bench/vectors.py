@@ -48,7 +48,7 @@ def _recorded(planned: Plan, nodes: Iterable[Endpoint], base: int, clocks: int) 
     recording = replace(planned, probes=probes)
     ticks, seed = clocks * base, planned.graph.seed
     rows = room(recording, 0, ticks)
-    engine = make_engine(recording, choose(recording, ticks, "auto"), seed, 0, start(recording))
+    engine = make_engine(recording, choose(recording, ticks, "auto"), seed, 0, start(recording), ticks)
     try:
         if not engine.advance(ticks, rows):
             name_fault(recording, seed, 0, start(recording), ticks)

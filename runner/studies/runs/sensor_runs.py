@@ -59,8 +59,8 @@ class SensorRuns:
         self.measures = (*self.own_measures, *change_measures(study, self.own_measures))
         self.ticks = self.plan.ticks()
         refuse_late(self.plan, self.ticks)
-        total = self.ticks * study.runs * study.points * len(study.epochs)
-        self.engine: EngineName = choose(self.plan, total, engine)
+        self._total = self.ticks * study.runs * study.points * len(study.epochs)
+        self.engine: EngineName = choose(self.plan, self._total, engine)
         runs = study.runs * study.points
         wanted = lanes_for(runs, bytes_of_a_run(self.plan)) if lanes is None else whole_lanes(lanes)
         self.lanes = wanted if ENGINES[self.engine].lanes else 0
@@ -297,7 +297,7 @@ class SensorRuns:
     @cached_property
     def _starter(self) -> Starter:
         """Starts one run; not needed while all runs go side by side."""
-        return ENGINES[self.engine].prepare(self.plan)
+        return ENGINES[self.engine].prepare(self.plan, self._total)
 
 
 def _said(problem: Problem) -> str:

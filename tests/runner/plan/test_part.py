@@ -19,7 +19,8 @@ def alike(whole: Plan, *names: str, ticks: int = 60) -> set[str]:
     """Hold states and wires of a part, by machine code, against those of the whole; returns the blocks of the part."""
     part = whole.part({*names})
     whole = replace(whole, probes=())
-    runs = make_engine(whole, "python", SEED, 0, start(whole)), make_engine(part, "compiled", SEED, 0, start(whole))
+    begin = start(whole)
+    runs = [make_engine(of, name, SEED, 0, begin, ticks) for of, name in ((whole, "python"), (part, "compiled"))]
     assert all(run.advance(ticks, ()) for run in runs)
     first, second = (run.memory() for run in runs)
     assert second.wires.keys() == {node for node in first.wires if node[0] in part.blocks}

@@ -9,7 +9,8 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.continuous.exact_hold import MANY_COLUMNS
 from proofmass.runner.planning.plan import plan
-from proofmass.runner.run.engines import choose, interpreting_seconds
+from proofmass.runner.run.engines import choose
+from proofmass.runner.run.estimates import interpreting_seconds
 from proofmass.runner.run.simulate import simulate
 from proofmass.runner.targets.native import CompiledLoop
 

@@ -36,7 +36,7 @@ def test_the_commands_offer_what_the_table_has(command: str, studies: bool) -> N
 @pytest.mark.parametrize("name", ["python", "compiled"])
 def test_an_engine_has_the_name_that_it_has_in_the_table(name: str) -> None:
     planned = plan(read_graph_text(SMALL))
-    assert make_engine(planned, name, 0, 0, start(planned)).name == name
+    assert make_engine(planned, name, 0, 0, start(planned), 1).name == name
 
 
 @pytest.mark.parametrize("name", ENGINES)

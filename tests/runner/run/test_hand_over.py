@@ -136,8 +136,8 @@ def ready_after(looks: int, monkeypatch: pytest.MonkeyPatch) -> list[ReadyAfter]
     """Let the next runs have machine code that is ready after so many chunks, also the short ones."""
     made: list[ReadyAfter] = []
 
-    def compiling(planned: Plan) -> ReadyAfter:
-        made.append(ReadyAfter(CompiledPlan(planned), looks))
+    def compiling(planned: Plan, quick: bool) -> ReadyAfter:
+        made.append(ReadyAfter(CompiledPlan(planned, quick=quick), looks))
         return made[-1]
 
     monkeypatch.setattr(hand_over, "Compiling", compiling)

@@ -280,7 +280,7 @@ class TestTracesTooLargeForMemory:
 
 def test_like_runs_add_up_until_compiling_is_worth_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(engines, "_spent", {})
-    monkeypatch.setattr("proofmass.runner.targets.native.already_compiled", lambda _: False)
+    monkeypatch.setattr("proofmass.runner.targets.native.already_compiled", lambda *_: False)
 
     def variant(gain: float) -> Plan:
         blocks = {"ramp": Ramp(), "gain": Gain(gain=gain)}

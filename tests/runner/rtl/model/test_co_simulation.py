@@ -134,7 +134,7 @@ def test_a_graph_with_its_hardware_beside_gives_the_same_bits() -> None:
 @needs_compiler
 def test_the_whole_calibration_to_the_bit_in_every_register() -> None:
     planned = plan(read_graph(CALIBRATION))
-    one, other = (make_engine(planned, name, 1, 0, start(planned)) for name in ("compiled", "cxxrtl"))
+    one, other = (make_engine(planned, name, 1, 0, start(planned), planned.ticks()) for name in ("compiled", "cxxrtl"))
     for first in range(0, planned.ticks(), 399_989):  # anywhere in a chip
         last = min(first + 399_989, planned.ticks())
         rows, others = ([np.zeros(probe.rows(first, last)) for probe in planned.probes] for _ in range(2))
