@@ -291,10 +291,9 @@ def _leaves(region: form.Region) -> bool:
 
 def _folded(operation: str, operands: tuple[form.Operand, ...]) -> form.Operand | None:
     """Result of an operation if it is known beforehand: exact, and not NaN, whose bits differ between machines."""
-    if all(isinstance(operand, form.Immediate) for operand in operands):
-        value: Any = EVALUATE[operation](
-            *(operand.value for operand in operands if isinstance(operand, form.Immediate))
-        )
+    known = [operand.value for operand in operands if isinstance(operand, form.Immediate)]
+    if len(known) == len(operands):
+        value: Any = EVALUATE[operation](*known)
         kind = form.OPERATIONS[operation].result or operands[-1].kind
         return None if isinstance(value, float) and math.isnan(value) else form.Immediate(kind, value)
     if operation == "select":

@@ -145,8 +145,7 @@ OPERATIONS: dict[str, Signature] = {
 # -- statements ------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Compute:
+class Compute(NamedTuple):
     """`result` = `operation` of the operands."""
 
     result: Value
@@ -155,8 +154,7 @@ class Compute:
     line: Line | None = None
 
 
-@dataclass(frozen=True)
-class Get:
+class Get(NamedTuple):
     """`result` = current value of a variable."""
 
     result: Value
@@ -164,8 +162,7 @@ class Get:
     line: Line | None = None
 
 
-@dataclass(frozen=True)
-class Set:
+class Set(NamedTuple):
     """Set a variable to a value."""
 
     variable: Variable
@@ -173,28 +170,25 @@ class Set:
     line: Line | None = None
 
 
-@dataclass(frozen=True)
-class Load:
+class Load(NamedTuple):
     """`result` = an entry of an array; the index is within it."""
 
     result: Value
     array: Storage
-    index: Operand
+    at: Operand
     line: Line | None = None
 
 
-@dataclass(frozen=True)
-class Store:
+class Store(NamedTuple):
     """Set an entry of an array to a value."""
 
     array: Storage
-    index: Operand
+    at: Operand
     value: Operand
     line: Line | None = None
 
 
-@dataclass(frozen=True)
-class View:
+class View(NamedTuple):
     """`part` stands for `part.length` entries of `whole` from an index on."""
 
     part: Storage
@@ -203,8 +197,7 @@ class View:
     line: Line | None = None
 
 
-@dataclass(frozen=True)
-class Call:
+class Call(NamedTuple):
     """`results` = results of a function for these arguments, in the order of its parameters."""
 
     results: tuple[Value, ...]
@@ -213,8 +206,7 @@ class Call:
     line: Line | None = None
 
 
-@dataclass(frozen=True)
-class If:
+class If(NamedTuple):
     """Execute one region or the other, by a condition."""
 
     condition: Operand
@@ -223,8 +215,7 @@ class If:
     line: Line | None = None
 
 
-@dataclass(frozen=True)
-class For:
+class For(NamedTuple):
     """The body for `counter` = first, first + step, ... as long as it is below last; the three are read once before."""
 
     counter: Value
@@ -235,8 +226,7 @@ class For:
     line: Line | None = None
 
 
-@dataclass(frozen=True)
-class While:
+class While(NamedTuple):
     """Execute the test and, while its condition holds, the body and the test again. The body may read the test.
 
     The test leaves neither the loop around it nor the function.
@@ -248,22 +238,19 @@ class While:
     line: Line | None = None
 
 
-@dataclass(frozen=True)
-class Break:
+class Break(NamedTuple):
     """Leave the innermost loop."""
 
     line: Line | None = None
 
 
-@dataclass(frozen=True)
-class Continue:
+class Continue(NamedTuple):
     """Continue with the next turn of the innermost loop."""
 
     line: Line | None = None
 
 
-@dataclass(frozen=True)
-class Return:
+class Return(NamedTuple):
     """Return from the function with these results."""
 
     values: tuple[Operand, ...] = ()

@@ -7,7 +7,7 @@ is long itself stays, and its body is split.
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 from proofmass.runner.program import form
@@ -87,7 +87,7 @@ class _Division:
                 continue
             if (
                 isinstance(statement, form.Load)
-                and isinstance(statement.index, form.Immediate)
+                and isinstance(statement.at, form.Immediate)
                 and not statement.array.writable
             ):
                 self.anywhere[statement.result] = statement
@@ -179,7 +179,7 @@ class _Whole:
                 self.builder.call(part.function(), *part.arguments)
                 continue
             first, last = map(self._bound, (piece.first, piece.last))
-            node = replace(piece, first=first, last=last, body=[])
+            node = piece._replace(first=first, last=last, body=[])
             with self.builder.within(node.body):
                 self._region(piece.body)
             self.builder.add(node)
@@ -188,7 +188,7 @@ class _Whole:
         if isinstance(value, form.Value) and value in self.places:
             return kept(self.builder, *self.places[value], value.kind)
         if isinstance(value, form.Value) and isinstance(load := self.division.anywhere.get(value), form.Load):
-            return self.builder.load(self._array(load.array), load.index, value.name)
+            return self.builder.load(self._array(load.array), load.at, value.name)
         return value
 
     def _array(self, array: form.Storage) -> form.Storage:
@@ -231,7 +231,7 @@ class _PartWriter:
         if value in self.places:
             return self._kept(value)
         if isinstance(load := self.anywhere.get(value), form.Load):
-            return self.builder.load(self._array(load.array), load.index, value.name)
+            return self.builder.load(self._array(load.array), load.at, value.name)
         self.arguments.append(value)
         return self.builder.parameter(value.kind, value.name)
 
@@ -273,9 +273,10 @@ class _PartWriter:
     def _operand(self, value: Any) -> Any:
         return self.known.get(value, value)
 
-    def _mapped(self, statement: form.Statement) -> form.Statement:
+    def _mapped(self, statement: Any) -> form.Statement:
         """Copy a statement with the values of this function: fields in order, as a condition is a value of its test."""
-        return replace(statement, **{name: self._field(value) for name, value in vars(statement).items()})
+        mapped: form.Statement = statement._make(map(self._field, statement))
+        return mapped
 
     def _field(self, value: Any) -> Any:
         if isinstance(value, list):

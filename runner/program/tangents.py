@@ -142,8 +142,9 @@ class TangentWriter:
                 slope = self.slope(value)
                 if variable in self.slopes:
                     builder.set(self.slopes[variable], slope)
-                elif slope is not NO_SLOPE:
+                elif slope is not NO_SLOPE:  # what has been written before does not know it
                     self._known.add(variable)
+                    self.slopes[variable] = builder.variable(form.FLOAT, f"{variable.name}_slope")
             case form.Load(result, array, index):
                 self.copies[result] = builder.load(copied(array), copied(index), result.name)
                 slope = builder.load(self.slopes[array], copied(index)) if array in self.slopes else NO_SLOPE

@@ -129,6 +129,9 @@ class _Left(NamedTuple):
         return _Left(self.loop or other.loop, self.function or other.function)
 
 
+_NONE = _Left()
+
+
 class _Reader:
     """Analyses one function again and again until no further value is found to differ."""
 
@@ -156,20 +159,23 @@ class _Reader:
 
     def _region(self, region: form.Region, apart: bool, apart_in_loop: bool) -> _Left:
         """Analyse statements; `apart` says whether lanes of the function, or of the loop's turn, may be inactive."""
-        left = _Left()
+        left = _NONE
         for statement in region:
             of_this = self._statement(statement, apart, apart_in_loop)
             if of_this.loop or of_this.function:
                 self.found.parting.add(id(statement))
                 apart = apart_in_loop = True
-            left |= of_this
+                left |= of_this
         return left
 
     def _statement(self, s: form.Statement, apart: bool, apart_in_loop: bool) -> _Left:
         varying = self.found
         match s:
-            case form.Compute(result, _, operands):
-                self._note(result, any(map(varying.differs, operands)))
+            case form.Compute():
+                for operand in s.operands:
+                    if not isinstance(operand, form.Immediate) and operand in varying.numbers:
+                        varying.numbers.add(s.result)
+                        break
             case form.Get(result, variable):
                 self._note(result, variable in varying.numbers)
             case form.Set(variable, value):
@@ -205,7 +211,7 @@ class _Reader:
                     for before, value in zip(varying.results, values, strict=True)
                 ]
                 return _Left(function=apart)
-        return _Left()
+        return _NONE
 
     def _note(self, item: form.Value | form.Variable, differs: bool) -> None:
         if differs:

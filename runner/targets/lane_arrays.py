@@ -52,14 +52,14 @@ class LaneArrays(LaneVectors):
 
     def _load(self, s: Load) -> None:
         kind = s.array.entry
-        if self._is_apart(s.array, s.index):
+        if self._is_apart(s.array, s.at):
             whole = "poison"
-            for lane, place in enumerate(self._places(s.array, s.index)):
+            for lane, place in enumerate(self._places(s.array, s.at)):
                 whole = self._put(kind, whole, self._read_entry(kind, place, 0), lane)
             self.names[s.result] = whole
         else:
             differs = s.result in self.varying.numbers
-            self.names[s.result] = self._read_entry(kind, self._row(s.array, s.index), self.lanes if differs else 0)
+            self.names[s.result] = self._read_entry(kind, self._row(s.array, s.at), self.lanes if differs else 0)
 
     def _read_entry(self, kind: Kind, place: str, lanes: int) -> str:
         """An entry, or the row of so many lanes."""
@@ -84,18 +84,18 @@ class LaneArrays(LaneVectors):
     def _store(self, s: Store) -> None:
         kind = s.array.entry
         if not self.varying.given(s.array).rows:
-            alike = not (self.mask or self._is_apart(s.array, s.index) or self.varying.differs(s.value))
+            alike = not (self.mask or self._is_apart(s.array, s.at) or self.varying.differs(s.value))
             assert alike, f"{s.array.name} is shared by all lanes"
-            self._write_entry(kind, self._row(s.array, s.index), self._operand(s.value), 0)
+            self._write_entry(kind, self._row(s.array, s.at), self._operand(s.value), 0)
             return
         new = self._all(s.value)
-        if not self._is_apart(s.array, s.index):
-            place = self._row(s.array, s.index)
+        if not self._is_apart(s.array, s.at):
+            place = self._row(s.array, s.at)
             if self.mask:
                 new = self._blend(kind, self.mask, new, self._read_entry(kind, place, self.lanes))
             self._write_entry(kind, place, new, self.lanes)
             return
-        for lane, place in enumerate(self._places(s.array, s.index)):
+        for lane, place in enumerate(self._places(s.array, s.at)):
             self._write_entry(kind, self._if_active(place, lane), self._lane(kind, new, lane), 0)
 
     def _if_active(self, place: str, lane: int) -> str:

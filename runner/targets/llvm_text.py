@@ -208,7 +208,7 @@ class FunctionText:
         return place
 
     def _load(self, s: form.Load) -> None:
-        place, kind = self._place(s.array, s.index), s.array.entry
+        place, kind = self._place(s.array, s.at), s.array.entry
         if kind is form.TRUTH:
             byte = self._fresh()
             self.lines.append(f"{byte} = load i8, ptr {place}")
@@ -217,7 +217,7 @@ class FunctionText:
             self.lines.append(f"{self._named(s.result)} = load {TYPES[kind]}, ptr {place}, align 8")
 
     def _store(self, s: form.Store) -> None:
-        place, kind = self._place(s.array, s.index), s.array.entry
+        place, kind = self._place(s.array, s.at), s.array.entry
         if kind is form.TRUTH:
             byte = self._fresh()
             self.lines.append(f"{byte} = zext i1 {self._operand(s.value)} to i8")
