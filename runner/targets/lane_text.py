@@ -55,7 +55,7 @@ class _LaneProgram:
         """Symbol of a function that is called in a way, and what differs in it."""
         varying = self.looked.of(function, way)
         if (function, way) not in self.symbols:
-            self.symbols[function, way] = f"f.{function.name}.{len(self.symbols)}"
+            self.symbols[function, way] = f"f.{len(self.symbols)}"
             self.waiting.append(varying)
         return self.symbols[function, way], varying
 

@@ -6,6 +6,7 @@ as values straight away. Nothing is contracted or reordered: no instruction has 
 
 import hashlib
 from collections.abc import Collection, Iterable, Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 from proofmass.runner.program import form
@@ -35,10 +36,14 @@ _LONGEST = 1000  # statements of a region in one block of instructions
 def llvm_text(
     program: form.Program, triple: str = "", layout: str = "", operations: Mapping[str, Template] = NATIVE
 ) -> str:
-    """The module of a program; its entry is called `ENTRY`."""
+    """The module of a program; its entry is called `ENTRY`.
+
+    Other functions have numbers for names, so that programs that do the same have the same text.
+    """
     beside: dict[str, None] = {}  # declarations and helpers
-    entry, once = program.entry, shared(program)
-    functions = [FunctionText(f, f is entry, beside, operations, once).text() for f in program.functions.values()]
+    entry, once, own = program.entry, shared(program), program.functions.values()
+    symbols = {function: f"@f.{number}" for number, function in enumerate(own)} | {entry: f"@{ENTRY}"}
+    functions = [FunctionText(f, f is entry, beside, operations, once, symbols).text() for f in own]
     head = [f'target triple = "{triple}"', f'target datalayout = "{layout}"'] if triple else []
     return "\n".join([*head, *beside, *functions, *ATTRIBUTES, ""])
 
@@ -68,9 +73,10 @@ class FunctionText:
         beside: dict[str, None],
         operations: Mapping[str, Template] = NATIVE,
         once: Collection[form.Function] = (),
+        symbols: Mapping[form.Function, str] = MappingProxyType({}),
     ) -> None:
         self.function, self.is_entry, self.beside, self.operations = function, is_entry, beside, operations
-        self.once = once  # functions that are shared
+        self.once, self.symbols = once, symbols  # functions that are shared, and what each is called
         self.lines: list[str] = []
         self.names: dict[form.Value | form.Variable | form.Storage, str] = {}
         self.count = 0
@@ -86,7 +92,7 @@ class FunctionText:
         returned = result_type(self.function.results)
         if self.is_entry and returned == "i1":
             returned = "zeroext i1"  # as C has it
-        head = f"define {how}{returned} {self._symbol(self.function)}({parameters})"
+        head = f"define {how}{returned} {self.symbols[self.function]}({parameters})"
         for variable in self.function.variables:
             place, kind = self._named(variable), variable.kind
             self.lines.append(f"{place} = alloca {TYPES[kind]}")
@@ -101,9 +107,6 @@ class FunctionText:
         if self.block:
             self.lines.append("unreachable" if self.function.results else "ret void")
         return "\n".join([f"{head} {attributes} {{", "entry:", *self.lines, "}"])
-
-    def _symbol(self, function: form.Function) -> str:
-        return f"@{ENTRY}" if self.is_entry and function is self.function else f"@f.{function.name}"
 
     def _parameter(self, parameter: form.Value | form.Storage) -> str:
         name = self._named(parameter)
@@ -234,7 +237,7 @@ class FunctionText:
             returned = "void" if s.function.result is None else TYPES[s.function.result]
             self._need((declared(s.function),))
         else:
-            how, symbol, returned = "fastcc ", self._symbol(s.function), result_type(s.function.results)
+            how, symbol, returned = "fastcc ", self.symbols[s.function], result_type(s.function.results)
         read = ", ".join(f"ptr {self.names[a]}" if isinstance(a, form.Storage) else self._typed(a) for a in s.arguments)
         call = f"call {how}{returned} {symbol}({read})"
         if not s.results:

@@ -71,3 +71,11 @@ def test_how_long_short_is() -> None:
     planned = plan(read_graph(ACCELEROMETER))
     assert is_short(planned, 100_000)
     assert not is_short(planned, 3_000_000)
+
+
+def test_like_parts_of_a_plan_share_their_machine_code() -> None:
+    """The axes of a sensor differ in numbers, and the groups of each are other ones of the whole."""
+    whole = plan(read_graph("library:imu_3dof"))
+    parts = [whole.part({f"{axis}.damping"}) for axis in "xyz"]
+    assert len({solver.name for part in parts for solver in part.solvers}) > 3
+    assert len({module_of(write_tick(part)).key for part in parts}) == 1
