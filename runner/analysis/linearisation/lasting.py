@@ -60,6 +60,8 @@ class Lasting:
 
     def without(self, a: Array, b: Array, c: Array) -> tuple[Array, Array, Array]:
         """Return the system of the other modes, in coordinates of their invariant subspace."""
+        if not self._right.shape[1]:
+            return a, b, c
         left, right = self.reduction
         return left @ a @ right, left @ b, c @ right
 

@@ -19,7 +19,7 @@ import scipy.linalg
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.on_circle import OnCircle
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
-from proofmass.runner.analysis.linearisation.poles import Variation
+from proofmass.runner.analysis.linearisation.poles import Variation, parts_of
 from proofmass.runner.analysis.linearisation.rational import LARGEST_CERTIFIED, Transfer, roots, transfer
 from proofmass.runner.analysis.linearisation.real_roots import Polynomial
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, maps_of_lifted
@@ -251,46 +251,65 @@ def _factored(matrix: Array) -> tuple[Array, Array] | None:
     return (column, row) if np.all(np.abs(matrix - product) <= 4.0 * np.finfo(float).eps * np.abs(product)) else None
 
 
+def _weights(row: Complex, first: int) -> tuple[slice | npt.NDArray[np.intp], Complex]:
+    """Return where the entries of a row from one on are, and the entries: as a slice, unless most are zero."""
+    at = np.flatnonzero(row[first:]) + first
+    few = 2 * len(at) < len(row) - first
+    return (at, row[at]) if few else (slice(first, None), row[first:].copy())
+
+
 class TransferMatrix:
     """c (z - a)^-1 b + d for many z, by the Schur form of a: only triangular systems are left to solve.
 
     States are scaled by powers of two first (`balanced`), since the Schur form is exact to the norm
-    of a only.
+    of a only. Each set of states that act on each other has a form of its own, and the others have
+    zeros there: of a delay line nothing but its cells is left.
     """
 
     def __init__(self, a: npt.NDArray[Any], b: npt.NDArray[Any], c: npt.NDArray[Any], d: npt.NDArray[Any]) -> None:
-        self._form, self._into, self._out, self._direct = a, b, c, d
+        self._direct, scale, alike = d, np.ones(len(a)), a
         if len(a):
             alike, scale = balanced(a, b, c)
-            self._form, turn = _schur(alike, output="complex")
-            self._into, self._out = turn.conj().T @ (b / scale[:, None]), (c * scale) @ turn
+        parts = parts_of(alike)[::-1]  # what acts on others comes after them
+        order = [state for part in parts for state in part]
+        form = alike[np.ix_(order, order)].astype(complex)
+        self._into, self._out = (b / scale[:, None])[order].astype(complex), (c * scale)[:, order].astype(complex)
+        ends = np.cumsum([len(part) for part in parts]).tolist()
+        for part, end in zip(parts, ends, strict=True):
+            if len(part) > 1:
+                own = slice(end - len(part), end)
+                form[own, own], turn = _schur(form[own, own], output="complex")
+                form[: own.start, own], form[own, end:] = form[: own.start, own] @ turn, turn.conj().T @ form[own, end:]
+                self._into[own], self._out[:, own] = turn.conj().T @ self._into[own], self._out[:, own] @ turn
+        self._diagonal = np.diagonal(form).copy()
+        self._acting = [_weights(row, i + 1) for i, row in enumerate(form)]
+
+    def _states(self, z: Complex, entered: Complex) -> Complex:
+        """Return the states for each z, a column, where a number has entered each of them."""
+        x = np.zeros_like(entered)
+        for i in range(len(x) - 1, -1, -1):
+            at, weights = self._acting[i]
+            x[i] = (weights @ x[at] + entered[i]) / (z - self._diagonal[i])
+        return x
 
     def __call__(self, z: Complex) -> Complex:
-        size, (height, width) = len(self._form), self._direct.shape
-        x = np.zeros((size, len(z) * width), dtype=complex)
-        for i in range(size - 1, -1, -1):
-            known = (self._form[i, i + 1 :] @ x[i + 1 :]).reshape(len(z), width) + self._into[i]
-            x[i] = (known / (z - self._form[i, i])[:, None]).ravel()
+        height, width = self._direct.shape
+        x = self._states(np.repeat(z, width), np.tile(self._into, (1, len(z))))
         value: Complex = (self._out @ x).reshape(height, len(z), width).transpose(1, 0, 2) + self._direct
         return value
 
     def weighted(self, z: Complex, out: Complex, into: Complex) -> Complex:
         """Return for each z the sum of all outputs, each with a weight, where inputs have some sizes: a row each."""
-        x, entered = np.zeros((len(self._form), len(z)), dtype=complex), self._into @ into.T
-        for i in range(len(x) - 1, -1, -1):
-            x[i] = (self._form[i, i + 1 :] @ x[i + 1 :] + entered[i]) / (z - self._form[i, i])
+        x = self._states(z, self._into @ into.T)
         direct = out.real @ self._direct + 1j * (out.imag @ self._direct)  # no complex copy of what is real
         value: Complex = np.sum(out.T * (self._out @ x), axis=0) + np.sum(direct * into, axis=1)
         return value
 
     def mean(self, z: Complex, turns: Complex) -> Complex:
         """Return the mean output for each z, turned back, of an input that turns from value to value: a row each."""
-        spectra = turns.T
-        x = np.zeros((len(self._form), len(z)), dtype=complex)
-        for i in range(len(x) - 1, -1, -1):
-            x[i] = (self._form[i, i + 1 :] @ x[i + 1 :] + self._into[i] @ spectra) / (z - self._form[i, i])
+        x = self._states(z, self._into @ turns.T)
         later = np.sum((turns @ self._out.conj()) * x.T.conj(), axis=1) + turns @ self._later.conj()
-        value: Complex = later.conj() / len(spectra)
+        value: Complex = later.conj() / turns.shape[1]
         return value
 
     @cached_property

@@ -19,6 +19,7 @@ import numpy as np
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.open_loop import TransferMatrix
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
+from proofmass.runner.analysis.linearisation.poles import parts_of
 from proofmass.runner.host.arrays import Array, Complex
 
 Matrices: TypeAlias = tuple[Array, Array, Array, Array]
@@ -37,8 +38,10 @@ class SampledStateSpace:
 
     @cached_property
     def poles(self) -> Complex:
-        """Poles over a period."""
-        return np.linalg.eigvals(self.matrices[0]).astype(complex)
+        """Poles over a period: those of the sets of states that act on each other."""
+        a = self.matrices[0]
+        found = [np.linalg.eigvals(a[np.ix_(part, part)]) for part in parts_of(a)]
+        return np.concatenate([np.zeros(0), *found]).astype(complex)
 
     @property
     def radius(self) -> float:

@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
 from proofmass.runner.analysis.margins.step import SHOWN, WITHIN, doubled
@@ -20,6 +21,7 @@ from proofmass.runner.host.arrays import Array
 
 RISE = (0.1, 0.9)  # of the final value
 _AT_ONCE = 1 << 14  # periods
+_MANY = 128  # states, from which zeros of delay lines count
 _LEFT = math.log(1e8)  # by which the slowest mode has decayed at the end
 _DECAY = 6.0  # times of the peak, the same where it comes back to zero
 _NOTHING = 1e-9  # of the largest value: a final value that is rounding
@@ -72,24 +74,33 @@ def _values(of: WireResponse) -> tuple[Array, Array]:
     end = np.linalg.solve(np.eye(len(a)) - a, b.sum(axis=1)) if len(a) else np.zeros(0)
     last = c @ end + d.sum(axis=1)
     starts, rows = [], []
-    for first, stride, errors in _decays(a, end, of.radius):
-        starts.append(first + stride * np.arange(errors.shape[1]))
-        rows.append((last[:, None] - c @ errors).T)
+    for first, stride, errors in _decays(a, c, end, of.radius):
+        starts.append(first + stride * np.arange(len(errors)))
+        rows.append(last - errors)
     times = of.late + np.add.outer(np.concatenate(starts), np.arange(of.values) / of.values) * of.period
     return times.ravel(), np.concatenate(rows).ravel()
 
 
-def _decays(a: Array, end: Array, radius: float) -> Iterator[tuple[int, int, Array]]:
-    """A^n end: from a period on, at a stride, a column for each n."""
+def _decays(a: Array, c: Array, end: Array, radius: float) -> Iterator[tuple[int, int, Array]]:
+    """C A^n end: from a period on, at a stride, a row for each n."""
     wanted = int(_LEFT / -math.log(radius)) + 2 * len(a) + 2 if radius > 0.0 else len(a) + 2
-    first, stride, power, column = 0, 1, a, end[:, None]
-    while first < wanted:
-        count = _AT_ONCE if first == 0 else _AT_ONCE // 2
-        columns, jump = doubled(column, power, min(count, -(-(wanted - first) // stride)))
-        yield first, stride, columns
-        column = jump @ columns[:, :1]
-        first += stride * columns.shape[1]
+    first, stride, count, column = 0, 1, min(_AT_ONCE, wanted), end
+    sparse = len(a) > _MANY and 10 * np.count_nonzero(a) < a.size
+    power, out = (csr_array(a), csr_array(c)) if sparse else (a, c)
+    while True:
+        if sparse:  # a step takes less time than a part of a product of whole matrices
+            rows = np.empty((count, len(c)))
+            for row in rows:
+                row[:], column = out @ column, power @ column
+        else:
+            columns, jump = doubled(column[:, None], power, count)
+            rows, column = (out @ columns).T, jump @ columns[:, 0]
+        yield first, stride, rows
+        first += stride * len(rows)
+        if first >= wanted:
+            return
         power, stride = power @ power, 2 * stride
+        count = min(_AT_ONCE // 2, -(-(wanted - first) // stride))
 
 
 def _figures(times: Array, values: Array, final: float) -> StepFigures:

@@ -4,7 +4,7 @@ import control
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop, TransferMatrix
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 
 
@@ -56,3 +56,23 @@ def test_an_integrator_does_not_hurt_the_closed_loop() -> None:
     loop = opened(np.ones((1, 1)), np.ones((1, 1)), np.full((1, 1), 0.5), np.zeros((1, 1)), 1.0)
     assert loop.complementary(np.zeros(1))[0, 0, 0] == pytest.approx(1.0)
     assert loop.poles == pytest.approx([0.5])
+
+
+@pytest.mark.parametrize("number", range(6))
+def test_states_that_act_on_each_other_have_a_form_of_their_own(number: int) -> None:
+    """Random sets of such states, the earlier ones acting on some of the later, in an order of its own."""
+    dice = np.random.default_rng(number)
+    sizes = [1, 1, 4, 1, 2, 1, 1, 5]
+    n = sum(sizes)
+    of = np.repeat(np.arange(len(sizes)), sizes)
+    a = dice.normal(size=(n, n)) * ((of[:, None] == of) | ((of[:, None] > of) & (dice.uniform(size=(n, n)) < 0.2)))
+    a *= 0.9 / np.max(np.abs(np.linalg.eigvals(a)))
+    order = dice.permutation(n)
+    a = a[np.ix_(order, order)]
+    b, c, d = dice.normal(size=(n, 2)), dice.normal(size=(3, n)), dice.normal(size=(3, 2))
+    z = np.exp(2j * np.pi * dice.uniform(size=40))
+    expected = np.array([c @ np.linalg.solve(place * np.eye(n) - a, b) + d for place in z])
+    found = TransferMatrix(a, b, c, d)
+    assert found(z) == pytest.approx(expected, rel=1e-11, abs=1e-11)
+    out, into = np.exp(1j * np.outer(z.real, np.arange(3))), np.exp(-1j * np.outer(z.imag, np.arange(2)))
+    assert found.weighted(z, out, into) == pytest.approx(np.einsum("fi,fik,fk->f", out, expected, into), rel=1e-10)

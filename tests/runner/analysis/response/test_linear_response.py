@@ -232,3 +232,20 @@ def test_frequencies_beyond_half_the_rates_are_refused(frequency: float) -> None
 def test_a_fast_source_has_a_response_beyond_half_the_rate_of_what_it_moves() -> None:
     graph = chain(Gain(), Gain(), rates=("1 kHz", "100 Hz"))
     assert abs(response(graph, "u.output", "b.output", frequencies=[450.0]).gain[0]) == pytest.approx(1.0)
+
+
+@pytest.mark.defect("H897", before="a response through 4,000 ticks of delay takes minutes", after="8 s")
+@pytest.mark.exhaustive(but=1)
+@pytest.mark.parametrize("ticks", [200, 4_000])
+def test_behind_a_long_delay_everything_is_late_and_else_the_same(ticks: int) -> None:
+    filtered = LowPass(corner_frequency=10.0)
+    plain = response(chain(filtered), "u.output", "a.output")
+    late = response(chain(Delay(ticks=ticks), filtered), "u.output", "b.output", frequencies=plain.frequencies)
+    turn = np.exp(-2j * np.pi * plain.frequencies * ticks / RATE)
+    assert late.gain == pytest.approx(plain.gain * turn, rel=1e-9)
+    assert late.delay == pytest.approx(plain.delay + ticks / RATE, rel=1e-6)
+    assert late.bandwidth == pytest.approx(plain.bandwidth, rel=1e-9)
+    assert plain.step is not None
+    assert late.step is not None
+    assert late.step.rise == pytest.approx(plain.step.rise, rel=1e-6)
+    assert late.step.settling == pytest.approx(plain.step.settling + ticks / RATE, rel=1e-9)
