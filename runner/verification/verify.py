@@ -11,7 +11,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.requirements import PROVABLE, StabilityVerdict, asked, quantity_of
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Graph
-from proofmass.graphs.model.loops import AUTO, MARGIN_MEASURES
+from proofmass.graphs.model.loops import AUTO, MARGIN_MEASURES, VERDICTS
 from proofmass.graphs.model.quantities import (
     LoopFigure,
     MeasureOf,
@@ -23,9 +23,10 @@ from proofmass.graphs.model.quantities import (
 )
 from proofmass.graphs.model.requirements import SPREAD, TABLE, Requirement
 from proofmass.graphs.studies.study import Study
+from proofmass.runner.analysis.margins.stability import AT_ANOTHER_PHASE
 from proofmass.runner.design.proof.attempt import MarginProof
 from proofmass.runner.design.proof.prove import prove, prove_margin
-from proofmass.runner.design.quantities.evaluator import Evaluator
+from proofmass.runner.design.quantities.evaluator import Evaluator, refused
 from proofmass.runner.design.worst.worst import worst_of
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.engine_table import EngineName
@@ -120,27 +121,40 @@ class Measurements:
             self._margins[at] = dict(zip(names, margins_at(planned, at), strict=True))
         return self._margins[at]
 
-    def values(self, requirement: Requirement) -> list[float]:
-        """Return the value of the quantity, or the worst ones on the sides of its limits; raises `ModelError`."""
+    def values(self, requirement: Requirement) -> list[tuple[float, str]]:
+        """Return the value of the quantity, or the worst ones on the sides of its limits, NaN with its reason.
+
+        Raises `ModelError`.
+        """
         quantity = quantity_of(self.flat, requirement)
         if requirement.tolerances and not isinstance(quantity, StabilityVerdict):
             return self._worst(requirement, quantity)
         return [self._value(requirement, quantity)]
 
-    def _value(self, requirement: Requirement, quantity: Quantity | StabilityVerdict) -> float:
+    def _value(self, requirement: Requirement, quantity: Quantity | StabilityVerdict) -> tuple[float, str]:
         if isinstance(quantity, MeasureOf):
-            return self.run.measures[quantity.measure].value
+            value = self.run.measures[quantity.measure].value
+            return value, f"the run has no value of {quantity.measure}" * math.isnan(value)
         if isinstance(quantity, YieldOf):
-            return self._yield(quantity)
-        if isinstance(requirement.quantity, str):
-            return self.margins(requirement.at)[requirement.quantity]
+            return self._yield(quantity), ""
+        if isinstance(quantity, StabilityVerdict):
+            return self.margins(requirement.at)[f"{quantity.loop}.stable"], ""
         if isinstance(quantity, LoopFigure) and quantity.loop in self.flat.loops and quantity.figure in MARGIN_MEASURES:
-            return self.margins(requirement.at)[f"{quantity.loop}.{quantity.figure}"]
-        assert not isinstance(quantity, StabilityVerdict)
-        reading = Evaluator(self.graph, {_IT: quantity}, requirement.at, {}).readings({}, slopes=False)[_IT]
-        return math.nan if reading is None else reading.value
+            return self._margin(quantity, self.margins(requirement.at))
+        evaluator = Evaluator(self.graph, {_IT: quantity}, requirement.at, {})
+        reading = evaluator.readings({}, slopes=False)[_IT]
+        return (math.nan, evaluator.why[_IT].reason) if reading is None else (reading.value, "")
 
-    def _worst(self, requirement: Requirement, quantity: Quantity) -> list[float]:
+    @staticmethod
+    def _margin(of: LoopFigure, known: Mapping[str, float]) -> tuple[float, str]:
+        value, verdict = known[f"{of.loop}.{of.figure}"], known[f"{of.loop}.stable"]
+        if value > -math.inf:
+            return value, ""
+        words = {number: word for word, number in VERDICTS.items()}
+        told = f"unstable {AT_ANOTHER_PHASE}" if value == -math.inf else words[verdict]
+        return math.nan, f"the loop {of.loop} is {told}"
+
+    def _worst(self, requirement: Requirement, quantity: Quantity) -> list[tuple[float, str]]:
         """Return the worst values within tolerances; NaN where a loop is unstable or runs fail."""
         tolerances = _tolerances(requirement)
         source: Graph | Study = self.graph
@@ -149,7 +163,7 @@ class Measurements:
         limits = ((1.0, requirement.at_least), (-1.0, requirement.at_most))
         signs = tuple(sign for sign, limit in limits if limit is not None)
         cases = worst_of(source, {_IT: quantity}, tolerances, requirement.at, samples=_SAMPLES, signs=signs).cases
-        return [math.nan if case.worst is None else case.worst for case in cases]
+        return [(math.nan, case.why["worst"].reason) if case.worst is None else (case.worst, "") for case in cases]
 
     def proved(self, requirement: Requirement, limits: tuple[float, float]) -> tuple[float, str]:
         """Return a limit if all sensors within the tolerances are proved to keep both.
@@ -243,19 +257,15 @@ def finding_of(measurements: Measurements, name: str, requirement: Requirement) 
     """Return what one requirement finds."""
     limits = asked(measurements.flat, requirement)
     low, high = limits.at_least, limits.at_most
-    reason = ""
     try:
         if requirement.proved:
-            value, reason = measurements.proved(requirement, (low, high))
-            values = [value]
+            values = [measurements.proved(requirement, (low, high))]
         else:
             values = measurements.values(requirement)
-    except ModelError as error:
-        values, reason = [math.nan], "; ".join(f"{p.message}: {p.got}" if p.got else p.message for p in error.problems)
-    except RunError as error:
-        values, reason = [math.nan], str(error)
-    missed = (value for value in values if not low <= value <= high)
-    value = next(missed, min(values, key=lambda value: min(value - low, high - value)))  # or next to its limit
+    except (ModelError, RunError) as error:
+        values = [(math.nan, refused(error).reason)]
+    missed = (of for of in values if not low <= of[0] <= high)
+    value, reason = next(missed, min(values, key=lambda of: min(of[0] - low, high - of[0])))  # or next to its limit
     wanted = requirement.quantity
     quantity = wanted if isinstance(wanted, str) else str(quantity_of(measurements.flat, requirement))
     quantity += ", proved" if requirement.proved else ", worst case" if requirement.tolerances else ""

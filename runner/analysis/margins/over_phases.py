@@ -6,7 +6,7 @@ on settle alike but for that.
 """
 
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 from dataclasses import replace
 from functools import cache
 
@@ -26,7 +26,7 @@ from proofmass.runner.analysis.linearisation.surroundings import Surroundings, m
 from proofmass.runner.analysis.margins.figures import least_gain_margin
 from proofmass.runner.analysis.margins.margins import Margins, margins_at, ranges
 from proofmass.runner.analysis.margins.side_by_side import amounts, kind_of, neutral_mode, open_loops
-from proofmass.runner.plan.memory import Memory, start
+from proofmass.runner.plan.memory import start
 
 PHASES = 8  # of a turn
 _ALIKE = 1e-6  # part of L by which it is the same at another phase
@@ -38,7 +38,8 @@ class OverPhases:
 
     def __init__(self, points: OperatingPoints) -> None:
         self._points = points
-        self._settled = dict[tuple[Entry, int, int], Memory]()  # by entry, period and phase
+        self._settled = dict[tuple[Entry, int, int], Linearisation]()  # by entry, period and phase
+        self._worst = dict[Endpoint, dict[str, Linearisation]]()  # at the phase at which a figure is least
 
     def noted(self, found: Margins, node: Endpoint) -> Margins:
         """Return the margins of a loop, with a note where they are others at other phases of what oscillates."""
@@ -56,26 +57,35 @@ class OverPhases:
             return found
         if not (entry and told):
             return found
-        ranges, least = told
-        note = f"over the phase of {entry[0]} to the schedule, which nothing holds: {ranges}"
-        return replace(found, system=system.noted(note), least_over_phases=least)
+        gains, phases = told
+        self._worst[node] = {
+            figure: self._turned(about, entry, values.index(min(values)), ends)
+            for figure, values in {"gain_margin": gains, "phase_margin": phases}.items()
+        }
+        stable = [pair for pair in zip(gains, phases, strict=True) if -math.inf not in pair]
+        told = ranges(*zip(*stable, strict=True)) + "; unstable at some" * (len(stable) < len(gains))
+        note = f"over the phase of {entry[0]} to the schedule, which nothing holds: {told}"
+        return replace(found, system=system.noted(note), least_over_phases=(min(gains), min(phases)))
+
+    def at_worst(self, node: Endpoint, figure: str) -> OpenLoop:
+        """Return a loop that has a range, with derivatives by parameters, at the phase at which a figure is least."""
+        return self._worst[node][figure].loop(node, by_parameters=True)
 
     def _told(
         self, found: Margins, about: Linearisation, ends: Ends, entry: Entry
-    ) -> tuple[str, tuple[float, float]] | None:
-        """Return the range of the margins in words, and the least; None where they hardly change.
+    ) -> tuple[list[float], list[float]] | None:
+        """Return gain and phase margins from phase to phase; None where they hardly change.
 
-        Raises `ModelError`.
+        They are minus infinity where the loop is unstable. Raises `ModelError`.
         """
-        period = ends.common_period(about.plan)
 
         @cache
         def loop(number: int) -> OpenLoop:
-            onward = Onward(about.course, self._begun(about, entry, number, period))
+            onward = Onward(about.course, self._turned(about, entry, number, ends).memory())
             return of_wires(OrbitRun(about.plan, ends, onward).map(0), about.plan.period)
 
         def place(number: int) -> float:
-            return float(held_in(self._begun(about, entry, number, period), entry, NO_RINGS))
+            return float(held_in(self._turned(about, entry, number, ends).memory(), entry, NO_RINGS))
 
         def apart(first: int, second: int, by: float) -> bool:
             return loop(first).differs(loop(second), by)
@@ -85,15 +95,29 @@ class OverPhases:
         if any(_off_turns(place(number) - place(0) - number / PHASES) > _UNEVEN / PHASES for number in (1, 3)):
             return None  # something else holds it, as what vibrates from the start
         twice = not (apart(0, 4, _ALIKE) or apart(1, 5, _ALIKE))  # as a square, in a turn
-        return _ranges(found, map(loop, range(1, PHASES // 2 if twice else PHASES)))
+        gains, phases = [found.least_gain_margin], [found.phase_margin or math.inf]
+        for system in map(loop, range(1, PHASES // 2 if twice else PHASES)):
+            gain, phase = _quickly(found, system) or _limits(margins_at(system, found.loop, found.open_at))
+            gains, phases = [*gains, gain], [*phases, phase]
+        return gains, phases
 
-    def _begun(self, about: Linearisation, entry: Entry, number: int, period: int) -> Memory:
-        """Return where a run settles that began so many parts of a turn on; raises `ModelError`."""
-        key, course = (entry, period, number), about.course
+    def _turned(self, about: Linearisation, entry: Entry, number: int, ends: Ends) -> Linearisation:
+        """Return where a run settles that began so many parts of a turn on.
+
+        One that does not settle, as where the loop is unstable, is turned where that of the loop has
+        settled. Raises `ModelError`.
+        """
+        course, period, turn = about.course, ends.common_period(about.plan), {entry: number / PHASES}
+        key = entry, period, number
         if key not in self._settled:
-            own = Course(course.plan, course, begin=moved(start(course.plan), {entry: number / PHASES}, NO_RINGS))
-            tick = settled_tick(own)
-            self._settled[key] = own.at(tick + -tick % period)
+            own = Course(course.plan, course, begin=moved(start(course.plan), turn, NO_RINGS))
+            try:
+                tick = settled_tick(own)
+                tick += -tick % period
+            except ModelError:
+                tick = about.tick - about.tick % period
+                own = Course(course.plan, course, begin=moved(course.at(tick), turn, NO_RINGS))
+            self._settled[key] = Linearisation(about.plan, own, tick, at=SETTLED)
         return self._settled[key]
 
 
@@ -118,23 +142,9 @@ def _off_turns(number: float) -> float:
     return abs(number - round(number))
 
 
-def _ranges(found: Margins, others: Iterable[OpenLoop]) -> tuple[str, tuple[float, float]]:
-    """Return the ranges of the margins of a stable loop and of others of its kind, in words, and the least.
-
-    Margins of a loop that is unstable are minus infinity.
-    """
-    gains, phases, unstable = [found.least_gain_margin], [found.phase_margin or math.inf], False
-    for system in others:
-        margins = _quickly(found, system) or _limits(margins_at(system, found.loop, found.open_at))
-        gains, phases, unstable = [*gains, margins[0]], [*phases, margins[1]], unstable or math.isnan(margins[0])
-    stable = [(gain, phase) for gain, phase in zip(gains, phases, strict=True) if not math.isnan(gain)]
-    told = ranges(*zip(*stable, strict=True)) + unstable * "; unstable at some"
-    return told, (-math.inf, -math.inf) if unstable else (min(gains), min(phases))
-
-
 def _limits(found: Margins) -> tuple[float, float]:
-    """Return gain and phase margin, NaN if there are none."""
-    return (found.least_gain_margin, found.phase_margin or math.inf) if found.stable else (math.nan, math.nan)
+    """Return gain and phase margin, minus infinity of a loop that is unstable."""
+    return (found.least_gain_margin, found.phase_margin or math.inf) if found.stable else (-math.inf, -math.inf)
 
 
 def _quickly(found: Margins, system: OpenLoop) -> tuple[float, float] | None:

@@ -22,6 +22,8 @@ from proofmass.runner.analysis.margins.text import BUT_ROUNDING, but_rounding
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
+AT_ANOTHER_PHASE = "at another phase of what oscillates"
+
 
 @named_arguments
 def margins(graph: GraphSource, loop: str = "", *, at: At = AUTO) -> Margins:
@@ -73,10 +75,10 @@ def margins_or_reasons(points: OperatingPoints, loop: str = "", over: bool = Fal
     return answers
 
 
-def open_loop(points: OperatingPoints, node: Endpoint) -> OpenLoop:
+def open_loop(points: OperatingPoints, node: Endpoint, by_parameters: bool = False) -> OpenLoop:
     """Return the loop through an output; with the gains of quantisers of one bit in a run if there is no other."""
     coarse = coarse_blocks(points.plan, node)
-    return points.loop(node, otherwise=loop_through_bits) if coarse else points.loop(node)
+    return points.loop(node, by_parameters, otherwise=loop_through_bits if coarse else None)
 
 
 def missed(planned: Plan, found: dict[str, Margins]) -> list[Problem]:
@@ -106,7 +108,7 @@ def _missed(name: str, loop: Loop, margins: Margins) -> Iterator[Problem]:
         yield Problem(
             message=f"the {key.replace('_', ' ')} of the loop is not kept",
             key=f"loops.{name}.{key}",
-            got=f"{value:.4g} {unit}" + ", at another phase of what oscillates" * (value != _in_its_run(margins, key)),
+            got=f"{value:.4g} {unit}" + f", {AT_ANOTHER_PHASE}" * (value != _in_its_run(margins, key)),
             expected=f"at {'most' if peak else 'least'} {limit:g} {unit}",
             hint=f"proofmass margins shows what limits it; it is opened at {margins.open_at}",
             path=path,

@@ -52,15 +52,13 @@ def one_more(planned: Plan, blocks: Iterable[str], rms: float, again: Callable[[
                 yield OneMore(key, value, changed - rms)
 
 
-def rms_slopes(of: NoiseMap, band: tuple[float, float] | None, rms: float) -> Mapping[str, float]:
-    """Return the derivative of the rms by each parameter, over all frequencies or in a band."""
-    return slopes_and_sizes(of, band, rms)[0]
-
-
 def slopes_and_sizes(
     of: NoiseMap, band: tuple[float, float] | None, rms: float
 ) -> tuple[Mapping[str, float], Mapping[str, float]]:
-    """Return the derivatives of the rms, and the sums of sizes that they are, of which rounding leaves a part."""
+    """Return the derivatives of the rms by parameters, over all frequencies or in a band, and their sums of sizes.
+
+    Rounding leaves a part of the sizes.
+    """
     by_matrices = _of_all(of) if band is None else _of_band(of, band)
     slopes, sizes = dict[str, float](), dict[str, float]()
     for name, slope in of.slopes.items():

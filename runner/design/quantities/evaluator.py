@@ -15,7 +15,7 @@ from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Endpoint, Graph, split
-from proofmass.graphs.model.loops import AUTO
+from proofmass.graphs.model.loops import AUTO, REQUIREMENTS
 from proofmass.graphs.model.quantities import (
     LoopFigure,
     MeasureOf,
@@ -30,23 +30,30 @@ from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import At, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of, one_loop
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.margins.margins import Margins, margins_at
+from proofmass.runner.analysis.margins.margins import Margins, margins_at, margins_of
+from proofmass.runner.analysis.margins.over_phases import OverPhases
 from proofmass.runner.analysis.margins.sensitivity import transfer_sensitivities
+from proofmass.runner.analysis.margins.stability import AT_ANOTHER_PHASE, attained, open_loop
 from proofmass.runner.analysis.response.response import refuse_beyond
-from proofmass.runner.design.quantities.loop_figures import Reading, growth, read_figure, value_of_figure
+from proofmass.runner.design.quantities.loop_figures import NoValue, Reading, growth, read_figure, value_of_figure
 from proofmass.runner.design.quantities.output_figures import read_noise, read_response
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.measuring import derived_values
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan, varied
+from proofmass.runner.run.faults import RunError
 from proofmass.runner.run.side_by_side import SideBySide, lane_counts
+from proofmass.runner.run.simulate import RunOptions, simulate_plan
 from proofmass.runner.studies.draws.drawing import on_arrays
 from proofmass.runner.studies.outcome.lifetimes import ALL_LIMITS
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns
 from proofmass.runner.studies.whole.study import run_sensors
 
 STABLE = "stability of"  # before the name of a loop
-QuantityReadings = dict[str, Reading | None]  # None where a loop is unstable or a run failed
+QuantityReadings = dict[str, Reading | None]  # None where there is no value
+Reasons = Mapping[str, NoValue]  # of those that are None
+Found = dict[str, Reading | NoValue]
+_REFUSED = ModelError, Refusal, ArithmeticError, np.linalg.LinAlgError
 _STEP = 1e-3  # of a parameter's width, for differences between runs
 _YIELD_STEP = 0.05  # of a parameter's width, over which enough sensors change sides
 
@@ -73,6 +80,7 @@ class Evaluator:
             if isinstance(q, ResponseFigure) and q.frequency is not None:
                 refuse_beyond(self.plan, node_of(self.plan, q.input), node_of(self.plan, q.output), [q.frequency])
         self.evaluations = 0
+        self.why: Reasons = {}  # what the latest readings leave out
         self._course = Course(self.plan)  # whose machine code all plans share
         self._ways = dict[str, At]()  # to the operating point of each loop
         self._runs: dict[tuple[str, ...], SideBySide] = {}
@@ -82,21 +90,28 @@ class Evaluator:
     def readings(self, values: Mapping[str, float], slopes: bool = True) -> QuantityReadings:
         """Return each quantity, and the growth of each loop by `STABLE` and its name, at these parameters."""
         self.evaluations += 1
+        found = self._found(values, slopes)
+        self.why = {name: of for name, of in found.items() if isinstance(of, NoValue)}
+        return {name: None if isinstance(of, NoValue) else of for name, of in found.items()}
+
+    def _found(self, values: Mapping[str, float], slopes: bool) -> Found:
         try:
             changed = varied(self.plan, changed_blocks(self.plan.blocks, self._adjustable.settings(values)))
-        except (ModelError, Refusal, ArithmeticError):
-            return dict.fromkeys([*(f"{STABLE} {loop}" for loop in self.loops), *self.quantities])
-        readings: QuantityReadings = {}
+        except _REFUSED as error:
+            return dict.fromkeys([*(f"{STABLE} {loop}" for loop in self.loops), *self.quantities], refused(error))
+        readings: Found = {}
         course = Course(changed, like=self._course)
         points = OperatingPoints(changed, self.at or AUTO, course=course)
         moved = {name: self._adjustable.moved_by(name, values) for name in self.widths} if slopes else {}
         free = self._parameters(changed, moved)
         for loop, node in self.loops.items():
             readings |= self._loop(points, loop, node, free, slopes)
-        grown = [readings[f"{STABLE} {loop}"] for loop in self.loops]
-        if any(reading is None or reading.value >= 0.0 for reading in grown):
-            known = {name: _chained(reading, moved) for name, reading in readings.items()}
-            return known | {name: None for name in self.quantities if name not in readings}
+        for loop in self.loops:
+            grown = readings[f"{STABLE} {loop}"]
+            if isinstance(grown, NoValue) or grown.value >= 0.0:
+                known = {name: _chained(reading, moved) for name, reading in readings.items()}
+                why = grown if isinstance(grown, NoValue) else NoValue(f"the loop {loop} is not stable", unstable=True)
+                return known | {name: why for name in self.quantities if name not in readings}
         for name, quantity in self.quantities.items():
             if isinstance(quantity, Noise):
                 readings[name] = self._tried(read_noise, points, quantity, free, slopes)
@@ -115,31 +130,31 @@ class Evaluator:
         return {target: float(getattr(changed.blocks[name], entry)) for target, (name, entry) in nodes.items()}
 
     @staticmethod
-    def _tried(read: Callable[..., Reading | None], *given: Any) -> Reading | None:
+    def _tried(read: Callable[..., Reading | NoValue], *given: Any) -> Reading | NoValue:
         try:
             return read(*given)
-        except (ModelError, np.linalg.LinAlgError):
-            return None
+        except _REFUSED as error:
+            return refused(error)
 
     def _loop(
         self, points: OperatingPoints, loop: str, node: Endpoint, free: Mapping[str, float], slopes: bool
-    ) -> QuantityReadings:
+    ) -> Found:
         """Return the figures of a loop, those of `margins`; of an unstable one its growth alone."""
-        wanted = {n: q for n, q in self.quantities.items() if isinstance(q, LoopFigure) and q.loop == loop}
-        nothing: QuantityReadings = dict.fromkeys([f"{STABLE} {loop}", *wanted])
+        wanted = {n: q.figure for n, q in self.quantities.items() if isinstance(q, LoopFigure) and q.loop == loop}
+        stable = f"{STABLE} {loop}"
         try:
             point = self._at_its_point(loop, points)
-            system = point.loop(node, by_parameters=slopes)
-            margins = margins_at(system, loop, ".".join(node))
-        except (ModelError, np.linalg.LinAlgError, ArithmeticError):
-            return nothing
-        grown = growth(system, list(free) if slopes else [])
-        if not margins.stable:
-            return nothing | {f"{STABLE} {loop}": grown._replace(value=abs(grown.value))}
-        readings: QuantityReadings = {f"{STABLE} {loop}": grown._replace(value=-abs(grown.value))}
-        for name, quantity in wanted.items():
-            readings[name] = _figure(margins, system, quantity.figure, free, slopes)
-        return readings
+            system = open_loop(point, node, by_parameters=slopes)
+            margins = margins_of(system, loop, ".".join(node))
+            grown = growth(system, list(free) if slopes else [])
+            if not margins.stable:
+                unstable = NoValue(f"the loop {loop} is {margins.verdict}", unstable=True)
+                return dict.fromkeys(wanted, unstable) | {stable: grown._replace(value=abs(grown.value))}
+            figures = _FiguresOfLoop(point, node, system, margins, free if slopes else {})
+            readings = {name: figures.reading(figure) for name, figure in wanted.items()}
+            return {**readings, stable: grown._replace(value=-abs(grown.value))}
+        except _REFUSED as error:
+            return dict.fromkeys([stable, *wanted], refused(error))
 
     def _at_its_point(self, loop: str, points: OperatingPoints) -> OperatingPoints:
         """Return the operating point of a loop, found as at first: figures stay smooth."""
@@ -156,22 +171,27 @@ class Evaluator:
         slopes = {effect.parameter: effect.derivative for effect in found.effects}
         return Reading(found.value, {name: slopes.get(name, 0.0) for name in free})
 
-    def _measured(self, values: Mapping[str, float], slopes: bool) -> QuantityReadings:
+    def _measured(self, values: Mapping[str, float], slopes: bool) -> Found:
         """Return the measures, and their differences between runs side by side."""
         steps = {name: _STEP * width for name, width in self.widths.items()} if slopes else {}
-        table = self.measure(_beside(values, steps))
+        table, why = self._measure(_beside(values, steps))
         order = {name: column for column, name in enumerate(self.measured_names)}
-        readings: QuantityReadings = {}
+        readings: Found = {}
         for goal, measure in self.measures.items():
             column = table[:, order[measure]]
             sides = column[1:].reshape(-1, 2)
             moved = (sides[:, 0] - sides[:, 1]) / (2.0 * np.array([*steps.values()]))
             known = dict(zip(steps, np.nan_to_num(moved).tolist(), strict=True))
-            readings[goal] = Reading(float(column[0]), known) if math.isfinite(column[0]) else None
+            none = NoValue(why.get(0, f"the run has no value of {measure}"))
+            readings[goal] = Reading(float(column[0]), known) if math.isfinite(column[0]) else none
         return readings
 
     def measure(self, rows: Sequence[Mapping[str, float]]) -> Array:
         """Return the measures of runs with these parameters, a row for each; NaN if one failed."""
+        return self._measure(rows)[0]
+
+    def _measure(self, rows: Sequence[Mapping[str, float]]) -> tuple[Array, dict[int, str]]:
+        """Return the measures, and why runs failed, by their number."""
         rows = [self._adjustable.settings(row) for row in rows]
         names = tuple(rows[0])
         if names not in self._runs:
@@ -180,29 +200,41 @@ class Evaluator:
             self._runs[names] = SideBySide(self.plan, self.plan.graph.seed, self.ticks, lanes, names)
         given = {name: np.array([row[name] for row in rows]) for name in names}
         measured, sound = self._runs[names].measured(given, np.zeros(len(rows), dtype=np.int64))
-        measured[~sound] = np.nan
+        why = dict[int, str]()
+        for number in np.flatnonzero(~sound).tolist():  # lanes cannot take it, or it fails
+            try:
+                changed = varied(self.plan, changed_blocks(self.plan.blocks, rows[number]))
+                alone = simulate_plan(changed, self.plan.graph.root, RunOptions()).measures
+                measured[number] = [alone[measure.name].value for measure in self.plan.measures]
+            except (*_REFUSED, RunError) as error:
+                measured[number], why[number] = np.nan, refused(error).reason
         columns = dict(zip(self.measured_names, measured.T, strict=False))
-        return np.column_stack([measured, *derived_values(self.plan, columns, on_arrays)])
+        return np.column_stack([measured, *derived_values(self.plan, columns, on_arrays)]), why
 
     @property
     def measured_names(self) -> list[str]:
         """Names of the measures in the order of the columns of `measure`: those of signals, then formulas of them."""
         return [measure.name for measure in self.plan.measures] + [formula.name for formula in self.plan.derived]
 
-    def _yielded(self, values: Mapping[str, float], slopes: bool) -> QuantityReadings:
+    def _yielded(self, values: Mapping[str, float], slopes: bool) -> Found:
         """Return the yields; their derivatives are differences over a part of the widths, with the same sensors."""
         assert self._study is not None
         steps = {name: _YIELD_STEP * width for name, width in self.widths.items()} if slopes else {}
-        table = [self._study.yields(row) for row in _beside(values, steps)]
-        readings: QuantityReadings = {}
+        now, *beside = [self._study.yields(row) for row in _beside(values, steps)]
+        if isinstance(now, NoValue):
+            return dict.fromkeys(self.yields, now)
+        readings: Found = {}
         for goal, limit in self.yields.items():
-            if table[0] is None:
-                readings[goal] = None
-                continue
-            sides = [table[0][limit] if row is None else row[limit] for row in table[1:]]
+            sides = [now[limit] if isinstance(row, NoValue) else row[limit] for row in beside]
             pairs = zip(steps.items(), sides[::2], sides[1::2], strict=True)
-            readings[goal] = Reading(table[0][limit], {n: (up - down) / (2.0 * step) for (n, step), up, down in pairs})
+            readings[goal] = Reading(now[limit], {n: (up - down) / (2.0 * step) for (n, step), up, down in pairs})
         return readings
+
+
+def refused(error: Exception) -> NoValue:
+    """Return why there is no value: what an error says, without its place."""
+    problems = error.problems if isinstance(error, ModelError) else ()
+    return NoValue("; ".join(f"{p.message}: {p.got}" if p.got else p.message for p in problems) or str(error))
 
 
 def _beside(values: Mapping[str, float], steps: Mapping[str, float]) -> list[dict[str, float]]:
@@ -211,18 +243,37 @@ def _beside(values: Mapping[str, float], steps: Mapping[str, float]) -> list[dic
     return [dict(values), *({**values, name: values[name] + step} for name, step in sides)]
 
 
-def _chained(reading: Reading | None, moved: Mapping[str, Mapping[str, float]]) -> Reading | None:
+def _chained(reading: Reading | NoValue, moved: Mapping[str, Mapping[str, float]]) -> Reading | NoValue:
     """Return a reading with derivatives by the free numbers, from those by the parameters that move with them."""
-    if reading is None:
-        return None
+    if isinstance(reading, NoValue):
+        return reading
     pairs = {name: [(by, reading.slopes.get(target, 0.0)) for target, by in of.items()] for name, of in moved.items()}
     return Reading(reading.value, {name: sum(by * slope for by, slope in terms) for name, terms in pairs.items()})
 
 
-def _figure(margins: Margins, system: OpenLoop, figure: str, free: Mapping[str, float], slopes: bool) -> Reading:
-    if slopes:
-        return read_figure(margins, system, figure, free)
-    return Reading(value_of_figure(margins, figure), {})
+class _FiguresOfLoop:
+    """Figures of a stable loop at the worst instant ahead and the worst phase of what oscillates.
+
+    Derivatives are those at that phase; of instants ahead they are those of now.
+    """
+
+    def __init__(
+        self, point: OperatingPoints, node: Endpoint, now: OpenLoop, margins: Margins, free: Mapping[str, float]
+    ) -> None:
+        self._node, self._free, self._now, self._phases = node, free, now, OverPhases(point)
+        self._found = self._phases.noted(margins, node)
+
+    def reading(self, figure: str) -> Reading | NoValue:
+        """Return a figure, and its derivatives by the free parameters."""
+        own = value_of_figure(self._found, figure)
+        least = attained(self._found, figure) if figure in REQUIREMENTS else own
+        if least == -math.inf:
+            return NoValue(f"the loop {self._found.loop} is unstable {AT_ANOTHER_PHASE}", unstable=True)
+        if not self._free:
+            return Reading(least, {})
+        system = self._now if least == own else self._phases.at_worst(self._node, figure)
+        at_one = self._found if least == own and not system.map.others else margins_at(system, "", "")
+        return Reading(least, read_figure(at_one, system, figure, self._free).slopes)
 
 
 class YieldRuns:
@@ -243,13 +294,13 @@ class YieldRuns:
         self.study = study
         self._sensors: dict[tuple[str, ...], SensorRuns] = {}
 
-    def yields(self, values: Mapping[str, float]) -> Mapping[str, float] | None:
-        """Return the yield of each limit, and of all by an empty name; None where the graph cannot have the values."""
+    def yields(self, values: Mapping[str, float]) -> Mapping[str, float] | NoValue:
+        """Return the yield of each limit, and of all by an empty name; or why the graph cannot have the values."""
         names = tuple(values)
         try:
             if names not in self._sensors:
                 self._sensors[names] = SensorRuns(self.study.at(values))
             found = run_sensors(self._sensors[names].at(values)).yields()
-        except (ModelError, Refusal, ArithmeticError):
-            return None
-        return {**found, "": found[ALL_LIMITS]} if found else None
+        except _REFUSED as error:
+            return refused(error)
+        return {**found, "": found[ALL_LIMITS]} if found else NoValue("no sensor of the study has a run")

@@ -39,6 +39,13 @@ class Reading(NamedTuple):
     slopes: Mapping[str, float]
 
 
+class NoValue(NamedTuple):
+    """Why a quantity has no value."""
+
+    reason: str
+    unstable: bool = False  # a loop is
+
+
 def read_figure(margins: Margins, system: OpenLoop, figure: str, parameters: Mapping[str, float]) -> Reading:
     """Return a figure of a stable loop; `system` has derivatives of its matrices by parameters."""
     value = value_of_figure(margins, figure)

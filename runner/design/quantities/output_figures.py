@@ -20,12 +20,12 @@ from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import common_period
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.noise.band import bends, mean_squares, rule
-from proofmass.runner.analysis.noise.derivatives import rms_slopes
+from proofmass.runner.analysis.noise.derivatives import slopes_and_sizes
 from proofmass.runner.analysis.noise.grids import errors_about
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
 from proofmass.runner.analysis.response.response import Response, response_of_map
 from proofmass.runner.derivatives.dual_noise import noise_blocks
-from proofmass.runner.design.quantities.loop_figures import Reading, differences
+from proofmass.runner.design.quantities.loop_figures import NoValue, Reading, differences
 from proofmass.runner.host.arrays import Array
 
 _STEP = 1e-5  # of a parameter
@@ -71,8 +71,10 @@ def value_of_response(response: Response, figure: str) -> float:
     return math.inf if values.get(figure) is None else float(values[figure])  # type: ignore[arg-type]
 
 
-def read_noise(points: OperatingPoints, wanted: Noise, parameters: Mapping[str, float], slopes: bool) -> Reading | None:
-    """Return the rms noise, that of `noise`; None if the output grows without end."""
+def read_noise(
+    points: OperatingPoints, wanted: Noise, parameters: Mapping[str, float], slopes: bool
+) -> Reading | NoValue:
+    """Return the rms noise, that of `noise`; or that the output grows without end."""
     planned = points.plan
     target = node_of(planned, wanted.output)
     source = node_of(planned, wanted.input) if wanted.input else None
@@ -87,13 +89,13 @@ def read_noise(points: OperatingPoints, wanted: Noise, parameters: Mapping[str, 
     whole = points.answered(ask, first)
     to_output = noise_map(whole, target)
     if to_output.grows or not (to_output.settles or wanted.band):
-        return None
+        return NoValue(f"the noise of {wanted.output} grows without end")
     names = [name for name in parameters if name in whole.slopes]
     if source is not None:
         return _referred(whole, target, source, wanted.band, {name: parameters[name] for name in names})
     squares = mean_squares(to_output, wanted.band) if wanted.band else to_output.mean_squares
     rms = math.sqrt(float(np.sum(squares)))
-    by = rms_slopes(to_output, wanted.band, rms) if names and rms > 0.0 else {}
+    by = slopes_and_sizes(to_output, wanted.band, rms)[0] if names and rms > 0.0 else {}
     return Reading(rms, {name: by[name] for name in names if name in by})
 
 

@@ -12,13 +12,13 @@ This is log(v / s) while v is more than a few e s, and falls with v through zero
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from proofmass.graphs.tuning.tuning import Goal, Tuning
-from proofmass.runner.design.quantities.evaluator import STABLE, Evaluator, QuantityReadings
+from proofmass.runner.design.quantities.evaluator import STABLE, Evaluator, QuantityReadings, Reasons
 from proofmass.runner.design.quantities.loop_figures import Reading
 from proofmass.runner.host.arrays import Array
 
@@ -49,6 +49,7 @@ class TriedPoint:
     objectives: tuple[GoalRow, ...]
     growth: GoalRow | None  # of the least stable loop
     inside: bool  # the bounds
+    why: Mapping[str, Reasons] = field(default_factory=dict)  # of readings that are None, by case
 
     @property
     def defined(self) -> bool:
@@ -102,7 +103,7 @@ class GoalsAt:
         return self._at(values, parts, True)
 
     def _at(self, values: Mapping[str, float], parts: Array, slopes: bool) -> TriedPoint:
-        readings, factors_of = {}, {}
+        readings, factors_of, why = {}, {}, {}
         for case, (points, factors, age) in self.tuning.aged_cases().items():
             numbers = {**values, **points}
             fixed = dict.fromkeys(points, 0.0)  # what is free elsewhere moves nothing here
@@ -113,6 +114,7 @@ class GoalsAt:
                 numbers, drifts = self.tuning.aged(numbers, age)
                 moves |= {name: factors.get(name, 1.0) * slope for name, slope in drifts.items()}
             readings[case], factors_of[case] = self.evaluator.readings(numbers, slopes), moves | fixed
+            why[case] = self.evaluator.why
         self._measure_sizes(readings.values())
         slacks, objectives, growths = list[GoalRow](), list[GoalRow](), list[GoalRow]()
         for case, found in readings.items():
@@ -130,7 +132,7 @@ class GoalsAt:
                     )
         worst = max(growths, key=lambda row: row.value, default=None)
         inside = all(free.at_least <= values[name] <= free.at_most for name, free in self.tuning.free.items())
-        at = TriedPoint(parts, dict(values), readings, tuple(slacks), tuple(objectives), worst, inside)
+        at = TriedPoint(parts, dict(values), readings, tuple(slacks), tuple(objectives), worst, inside, why)
         self.note(at)
         return at
 

@@ -53,6 +53,7 @@ def _number(value: float | None) -> str:
 
 
 def _binding(tuned: Tuned) -> Iterator[str]:
+    yield from (f"{goal.name} has no value: {goal.why}" for goal in tuned.goals if goal.why)
     for goal in sorted((goal for goal in tuned.goals if goal.binds), key=lambda goal: -goal.price):
         if tuned.met:
             yield f"{goal.name} binds: relaxing its limit by 1 % gains about {100.0 * goal.price:.2g} %"

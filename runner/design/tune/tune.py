@@ -40,6 +40,7 @@ class TunedGoal:
         float  # change of the objective, relative, for one per cent of the limit; of the conflict where one is missed
     )
     reachable: float | None = None  # of a missed goal: what it reaches with other hard goals met
+    why: str = ""  # it has no value after
 
     @property
     def met(self) -> bool:
@@ -61,6 +62,7 @@ class TunedGoal:
             "wanted": self.goal.wanted,
             "before": finite(self.before),
             "after": finite(self.after),
+            "without_value": self.why or None,
             "met": self.met,
             "worst_at": self.case,
             "binds": self.binds,
@@ -224,6 +226,7 @@ def _outcome(
         case,
         prices.get(name, 0.0),
         reachable.get(name),
+        best.why[case][name].reason if after is None else "",
     )
 
 

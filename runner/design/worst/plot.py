@@ -6,6 +6,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from proofmass.blocks.declaration.shown_units import prefix
+from proofmass.runner.design.worst.text import value_text
 from proofmass.runner.design.worst.worst import OneAtATime, WorstCase, WorstCases
 from proofmass.runner.output.pictures import BLUE, INK, ORANGE, axis_label, literal, name_rows, sheet
 
@@ -48,7 +49,9 @@ def _reach(case: WorstCase, single: OneAtATime) -> float:
 
 def _draw(panel: "Axes", case: WorstCase, bars: Sequence[OneAtATime]) -> None:
     if case.nominal is None or not math.isfinite(case.nominal):
-        panel.set_title(f"{case.name}: unstable at the nominal values", loc="left", size=10)
+        panel.set_title(
+            f"{case.name}: {value_text(case.nominal, case, 'nominal')} at the nominal values", loc="left", size=10
+        )
         panel.set_axis_off()
         return
     known = [v for v in (case.nominal, case.worst) if v is not None and math.isfinite(v)]
@@ -71,7 +74,8 @@ def _draw(panel: "Axes", case: WorstCase, bars: Sequence[OneAtATime]) -> None:
     if rows:
         panel.legend(loc="lower left", bbox_to_anchor=(0.75, 1.0), ncols=2)
     label = f" {unit}" if unit != "1" else ""
-    worst = "unstable" if case.worst is None else f"{case.worst * factor:.5g}{label}"
+    known = case.worst is not None and math.isfinite(case.worst)
+    worst = f"{case.worst * factor:.5g}{label}" if known else value_text(case.worst, case, "worst")
     panel.set_title(f"{case.name}: {nominal:.5g}{label} nominal, {worst} at worst", loc="left", size=10)
     rest = [single.parameter for single in case.one_at_a_time if single.parameter not in names]
     lost = [single.parameter for single in bars if math.isinf(_reach(case, single))]

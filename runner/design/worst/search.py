@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.optimize
 
-from proofmass.runner.design.quantities.evaluator import STABLE, Evaluator, QuantityReadings
+from proofmass.runner.design.quantities.evaluator import STABLE, Evaluator, QuantityReadings, Reasons
 from proofmass.runner.design.quantities.stopping import go_on
 from proofmass.runner.design.worst.box import BOTH_WAYS, ToleranceBox
 from proofmass.runner.host.arrays import Array
@@ -51,6 +51,7 @@ class SearchedPlace(NamedTuple):
     place: tuple[float, ...]
     readings: QuantityReadings
     slopes: bool
+    why: Reasons  # of readings that are None
 
     @property
     def corner(self) -> bool:
@@ -81,7 +82,8 @@ class BoxSearch:
         if known is not None and (known.slopes or not slopes):
             return known
         go_on(self._stop)
-        self.cases[key] = SearchedPlace(key, self.evaluator.readings(self.box.values(key), slopes), slopes)
+        readings = self.evaluator.readings(self.box.values(key), slopes)
+        self.cases[key] = SearchedPlace(key, readings, slopes, self.evaluator.why)
         if self._progress:
             self._progress(len(self.cases), max(self._expected, len(self.cases) + 1))
         return self.cases[key]

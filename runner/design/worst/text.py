@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from proofmass.graphs.model.quantities import MeasureOf, Quantity
+from proofmass.graphs.model.quantities import MeasureOf
 from proofmass.runner.design.worst.worst import WorstCase, WorstCases
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.text_table import text_table
@@ -23,9 +23,11 @@ def worst_text(cases: WorstCases) -> str:
 
 def _case(case: WorstCase, cases: WorstCases) -> Iterator[str]:
     unit = f" {case.quantity.unit}" if case.quantity.unit != "1" else ""
-    nominal, worst = (value_text(value, case.quantity, unit) for value in (case.nominal, case.worst))
+    nominal = value_text(case.nominal, case, "nominal", unit)
+    worst = value_text(case.worst, case, "worst", unit)
     where = "inside the tolerances" if case.inside else "at a corner"
     yield f"{case.name}: {nominal} nominal, {worst} at worst, {where}"
+    yield from (f"  {reason}" for reason in dict.fromkeys(of.reason for of in case.why.values()))
     if case.first_order is not None and case.worst is not None:
         yield f"  derivatives at the nominal values say {_number(case.first_order)}{unit}"
     effects = {single.parameter: _effect(case, single.parameter) for single in case.one_at_a_time}
@@ -38,7 +40,10 @@ def _case(case: WorstCase, cases: WorstCases) -> Iterator[str]:
         place, single = case.places[r.written], singles[r.written]
         at = f"{case.values[r.written]:.6g} " + ("low" if place == -1.0 else "high" if place == 1.0 else "inside")
         ends = f"{r.low:.6g}", f"{r.high:.6g}"
-        alone = value_text(single.at_low, case.quantity), value_text(single.at_high, case.quantity)
+        alone = (
+            value_text(single.at_low, case, f"{r.written}, low"),
+            value_text(single.at_high, case, f"{r.written}, high"),
+        )
         rows.append((r.written, *ends, at, r.unit if r.unit != "1" else "", *alone))
     yield from (f"  {line}" for line in text_table(rows, left=(0, 4), indent=2))
     silent = [r.written for r in order if r not in shown]
@@ -68,10 +73,11 @@ def _coverage(cases: WorstCases) -> Iterator[str]:
         )
 
 
-def value_text(value: float | None, quantity: Quantity, unit: str = "") -> str:
-    """Return a value with its unit, or why there is none: a run has none of its measure, a loop is unstable."""
+def value_text(value: float | None, case: WorstCase, place: str, unit: str = "") -> str:
+    """Return a value with its unit, or that there is none at a place, or that a loop is unstable there."""
     if value is None:
-        return "no value" if isinstance(quantity, MeasureOf) else "unstable"
+        unstable = case.why[place].unstable if place in case.why else not isinstance(case.quantity, MeasureOf)
+        return "unstable" if unstable else "no value"
     return f"{_number(value)}{unit}"
 
 

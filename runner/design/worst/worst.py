@@ -1,7 +1,7 @@
 """The worst cases of quantities of a graph within tolerances, what makes them, and how much was looked at."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
@@ -20,7 +20,7 @@ from proofmass.graphs.model.quantities import (
 )
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.analysis.linearisation.linearise import loops_of
-from proofmass.runner.design.quantities.evaluator import Evaluator
+from proofmass.runner.design.quantities.evaluator import Evaluator, Reasons
 from proofmass.runner.design.quantities.stopping import InterruptedSearch
 from proofmass.runner.design.worst.box import DOWN, UP, box_of
 from proofmass.runner.design.worst.ranges import Range
@@ -61,6 +61,7 @@ class WorstCase:
     places: Mapping[str, float]  # from -1, lowest, to 1, highest
     one_at_a_time: tuple[OneAtATime, ...]
     corners: tuple[tuple[str, float | None], ...]  # the worst: signs of the parameters in their order, and the value
+    why: Reasons = field(default_factory=dict)  # of values that are None, by "nominal", "worst" and "PARAMETER, low"
 
     @property
     def inside(self) -> bool:
@@ -80,6 +81,7 @@ class WorstCase:
             "places": dict(self.places),
             "inside": self.inside,
             "one_at_a_time": {o.parameter: [finite(o.at_low), finite(o.at_high)] for o in self.one_at_a_time},
+            "without_value": {place: of.reason for place, of in self.why.items()},
             "corners": [{"signs": signs, "value": finite(value)} for signs, value in self.corners],
         }
 
@@ -253,11 +255,12 @@ def _case(search: BoxSearch, side: Side, quantity: Quantity, both: bool) -> Wors
     nominal, corner = search.cases[(0.0,) * size], search.worst(side)
     known = search.box.values(corner.place)
     word = "lowest" if side.sign > 0.0 else "highest"
-    singles = []
+    singles, places = [], {"nominal": nominal, "worst": corner}
     for number, wanted in enumerate(ranges):
         ends = [tuple(sign if i == number else 0.0 for i in range(size)) for sign in (-1.0, 1.0)]
-        low, high = (_value(search.cases.get(end), side) for end in ends)
-        singles.append(OneAtATime(wanted.written, low, high))
+        low, high = (search.cases.get(end) for end in ends)
+        singles.append(OneAtATime(wanted.written, _value(low, side), _value(high, side)))
+        places |= {f"{wanted.written}, {end}": at for end, at in (("low", low), ("high", high)) if at}
     begin, first_order = _value(nominal, side), None
     if begin is not None:
         ways = (search.gradient(nominal, side, way) for way in (UP, DOWN))
@@ -279,6 +282,7 @@ def _case(search: BoxSearch, side: Side, quantity: Quantity, both: bool) -> Wors
             ("".join("+" if part > 0.0 else "-" for part in case.place), _value(case, side))
             for case in corners[:_LISTED]
         ),
+        why={place: at.why[side.quantity] for place, at in places.items() if side.quantity in at.why},
     )
 
 

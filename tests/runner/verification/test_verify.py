@@ -286,3 +286,31 @@ def test_margins_are_those_of_the_operating_point_that_is_found() -> None:
     steady = read_study_text(LATE.replace('start_time = "5 ms"', 'start_time = "0 s"'))
     side_by_side = run_study(steady, engine="compiled", lanes=4)
     assert side_by_side["main.gain_margin"][:, 0] == pytest.approx(expected)
+
+
+@pytest.mark.defect(
+    "S975", before="`no value` without a reason of an unstable loop, and of noise that grows", after="why"
+)
+def test_a_quantity_without_a_value_says_why() -> None:
+    wanted = """
+[requirements.walk]
+quantity = { noise = "integral.output" }
+at_most = 1.0
+[requirements.late]
+quantity = "late"
+at_most = 1.0
+[measures]
+late = { signal = "integral.output", statistic = "mean", from = "9 s" }
+[blocks.hiss]
+kind = "WhiteNoise"
+[blocks.integral]
+kind = "DiscreteIntegrator"
+"""
+    text = 'name = "walk"\nrate = "1 kHz"\nsamples = 10\nwires = ["hiss.output -> integral.input"]\n' + wanted
+    late, walk = sorted(verify(Measurements(read_graph_text(text), None, "python")), key=lambda one: one.id)
+    assert (math.isnan(late.value), math.isnan(walk.value)) == (True, True)
+    assert late.reason == "the run has no value of late"
+    assert walk.reason == "the noise of integral.output grows without end"
+    unstable = STUDY.graph.with_parameters({"gain.gain": "2100 1/s"})  # type: ignore[attr-defined]
+    found = {finding.id: finding for finding in verify(Measurements(unstable, STUDY, "python"))}
+    assert found["main.gain_margin"].reason == "the loop main is unstable"

@@ -13,9 +13,11 @@ import pytest
 
 from proofmass import margins, read_graph
 from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.graphs.model.quantities import LoopFigure
 from proofmass.runner.analysis.margins.stability import all_margins, missed
 from proofmass.runner.design.proof.least_found import Sensors, margins_there
 from proofmass.runner.design.proof.wanted import RestRuns, about_margin
+from proofmass.runner.design.quantities.evaluator import Evaluator
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.verification.verify import Measurements, verify
 from tests.by_hand.amounts import chosen
@@ -140,3 +142,41 @@ def test_a_figure_in_a_table_is_that_of_the_loop_by_name() -> None:
     (finding,) = (one for one in verify(Measurements(read_graph_text(TEXT + wanted), None)) if one.id == "A")
     assert finding.value == pytest.approx(20.0 * math.log10(2.0 / 0.15), abs=0.01)
     assert not finding.met
+
+
+@pytest.mark.defect("S974", before="a search took the phase of the run, 26.02 dB", after="the worst one, 22.50 dB")
+@pytest.mark.parametrize("slopes", chosen([False], [True]))
+def test_figures_of_a_search_are_those_at_the_worst_phase(slopes: bool) -> None:
+    """2 / (0.15 g / 100) is least, and falls by 20 / (ln 10 g) dB with the gain."""
+    figure = LoopFigure("main", "gain_margin", "dB")
+    found = Evaluator(GRAPH, {"margin": figure}, "settled", {"plant.gain": 1.0}).readings({"plant.gain": 100.0}, slopes)
+    reading = found["margin"]
+    assert reading is not None
+    assert reading.value == pytest.approx(20.0 * math.log10(2.0 / 0.15), abs=1e-3)
+    expected = {"plant.gain": pytest.approx(-20.0 / math.log(10.0) / 100.0, rel=1e-3)}
+    assert reading.slopes == (expected if slopes else {})
+
+
+@pytest.mark.exhaustive
+@pytest.mark.defect("S974", before="met within tolerances, 25.93 dB, and missed without", after="missed by both")
+def test_a_requirement_with_tolerances_is_not_easier_to_meet() -> None:
+    asked = 'quantity = "main.gain_margin", at = "settled", at_least = "24 dB"'
+    width = 'tolerances = { "plant.gain" = "1 %" }'
+    wanted = f"[requirements]\nplain = {{ {asked} }}\nwithin = {{ {asked}, {width} }}\n"
+    plain, within = verify(Measurements(read_graph_text(TEXT + wanted), None))[:2]
+    assert (plain.met, within.met) == (False, False)
+    assert within.value == pytest.approx(20.0 * math.log10(2.0 / (0.15 * 1.01)), abs=1e-3)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.defect("S976", before="2.5 dB of the phase of the run, without a note", after="no value, with its reason")
+def test_a_loop_that_is_unstable_at_another_phase_has_no_margin() -> None:
+    """The pole 1 - g T is -0.5 at the phase of the run, and -1.25 with the factor 1.5."""
+    graph = GRAPH.with_parameters({"plant.gain": 1500.0})
+    found: Any = margins(graph, at="settled")
+    assert found.gain_margin == pytest.approx(2.0 / 1.5, rel=1e-4)
+    assert noted(found.system.map.notes)[0].endswith("; unstable at some")
+    evaluator = Evaluator(graph, {"margin": LoopFigure("main", "gain_margin", "dB")}, "settled", {})
+    assert evaluator.readings({}, slopes=False)["margin"] is None
+    assert evaluator.why["margin"].reason == "the loop main is unstable at another phase of what oscillates"
+    assert evaluator.why["margin"].unstable

@@ -22,7 +22,7 @@ from proofmass.blocks import (
     WhiteNoise,
 )
 from proofmass.graphs.model.changes import with_parameters
-from proofmass.runner.analysis.noise.derivatives import rms_slopes
+from proofmass.runner.analysis.noise.derivatives import slopes_and_sizes
 from proofmass.runner.analysis.noise.noise_map import NoiseMap
 from proofmass.runner.derivatives.dual_noise import DEVIATE
 
@@ -170,7 +170,7 @@ def test_derivatives_in_a_band_are_those_of_the_integral(values: int) -> None:
 
         return float(scipy.integrate.quad(density, 50.0, 200.0, epsabs=0.0, epsrel=1e-12)[0])
 
-    found = rms_slopes(of, (50.0, 200.0), math.sqrt(square(entries)))
+    found, _ = slopes_and_sizes(of, (50.0, 200.0), math.sqrt(square(entries)))
     for name, value in entries.items():
         sides = [math.sqrt(square({**entries, name: value + side})) for side in (1e-5, -1e-5)]
         assert found[name] == pytest.approx((sides[0] - sides[1]) / 2e-5, rel=1e-6), name

@@ -74,7 +74,8 @@ def test_goals_that_are_missed() -> None:
 
 
 def test_goals_without_a_value() -> None:
-    text = tuned_text(tuned(PHASE_MET, replace(SHORT, after=None)))
+    text = tuned_text(tuned(PHASE_MET, replace(SHORT, after=None, why="the run has no value of end")))
+    assert "end has no value: the run has no value of end" in text
     words = "no parameters that give every goal a value were found; without: end; 1 point tried"
     assert text.splitlines()[0] == words
     assert "undefined" in text

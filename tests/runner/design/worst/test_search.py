@@ -30,7 +30,7 @@ def search_of(function: Function, growth: Function | None = None, progress: Prog
     box = SimpleNamespace(
         ranges=ranges, values=lambda key: dict(zip("xy", key, strict=True)), slopes=lambda *_: [{"x": 1.0}, {"y": 1.0}]
     )
-    return BoxSearch(SimpleNamespace(readings=readings), box, 3, progress, None)  # type: ignore[arg-type]
+    return BoxSearch(SimpleNamespace(readings=readings, why={}), box, 3, progress, None)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])

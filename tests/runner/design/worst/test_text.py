@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from proofmass.graphs.model.quantities import LoopFigure, MeasureOf
+from proofmass.runner.design.quantities.loop_figures import NoValue
 from proofmass.runner.design.worst.plot import plot_worst
 from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.design.worst.text import worst_text
@@ -114,10 +115,11 @@ def test_bars_begin_at_the_nominal_value_and_end_where_each_parameter_leads() ->
     assert panel.get_xlabel().splitlines() == ["phase margin of main [°]", "not drawn, too little alone: seed"]
 
 
-@pytest.mark.parametrize("nominal", [None, math.inf])
-def test_without_a_nominal_value_nothing_is_drawn(nominal: float | None) -> None:
+@pytest.mark.defect("S975", before="what has no limit was `unstable`, as was any other reason", after="`no limit`")
+@pytest.mark.parametrize(("nominal", "word"), [(None, "unstable"), (math.inf, "no limit")])
+def test_without_a_nominal_value_nothing_is_drawn(nominal: float | None, word: str) -> None:
     (panel,) = plot_worst(cases(replace(CASE, nominal=nominal))).axes
-    assert panel.get_title(loc="left") == "phase: unstable at the nominal values"
+    assert panel.get_title(loc="left") == f"phase: {word} at the nominal values"
     assert not panel.patches
     assert not panel.axison
 
@@ -179,3 +181,20 @@ def test_bars_about_a_nominal_value_of_0_and_none_where_nothing_moves() -> None:
     assert panel.get_title(loc="left") == "phase: 0.004 V nominal, 2 V at worst"
     (panel,) = plot_worst(cases(replace(case, worst=0.0, one_at_a_time=ends[2:]))).axes
     assert [label.get_text() for label in panel.get_yticklabels()] == ["all together"]
+
+
+@pytest.mark.defect("S975", before="`unstable`, whatever the reason", after="no value, and why")
+def test_reasons_without_a_value_stand_below_once() -> None:
+    none, lost = NoValue("the loop main has no gain"), NoValue("the loop main is unstable", unstable=True)
+    why = {"nominal": none, "worst": none, "gain.gain, low": lost}
+    ends = OneAtATime("gain.gain", None, 62.0), OneAtATime("sensor.mass", 66.0, 50.0), OneAtATime("seed", 60.0, 60.0)
+    case = replace(CASE, nominal=None, worst=None, first_order=None, one_at_a_time=ends, why=why)
+    lines = worst_text(cases(case)).splitlines()
+    assert lines[:3] == [
+        "phase: no value nominal, no value at worst, inside the tolerances",
+        "  the loop main has no gain",
+        "  the loop main is unstable",
+    ]
+    (row,) = [line for line in lines if "gain.gain" in line]
+    assert row.split()[-2:] == ["unstable", "62"]
+    assert plot_worst(cases(case)).axes[0].get_title(loc="left") == "phase: no value at the nominal values"

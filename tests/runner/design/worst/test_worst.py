@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from proofmass import simulate
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.graphs.model.quantities import MeasureOf
 from proofmass.graphs.studies.study_reader import read_study_text
 from proofmass.runner.design.quantities.evaluator import Evaluator
 from proofmass.runner.design.worst.box import box_of
@@ -28,6 +30,20 @@ wires = ["source.output -> gain.input"]
 kind = "Constant"
 [blocks.gain]
 kind = "Gain"
+"""
+FLICKER = """
+name = "measures"
+rate = "0.01 Hz"
+samples = 11
+[blocks.noise]
+kind = "FlickerNoise"
+lowest_frequency = 1e-4
+highest_frequency = 1e-3
+[blocks.rise]
+kind = "Ramp"
+[measures]
+last = { signal = "noise.value", statistic = "last" }
+end = { signal = "rise.output", statistic = "last" }
 """
 PHASE = {"phase": {"loop": "main", "figure": "phase_margin"}}
 COUPLED_GRAPH = read_graph_text(COUPLED)
@@ -227,3 +243,38 @@ def test_no_random_points_are_tried_where_none_are_wanted() -> None:
     found = worst(GRAPH, PHASE, tolerances={"controller.gain": "10 %"}, samples=0)
     assert found.cases[0].worst == pytest.approx(phase_margin(110.0), rel=1e-9)
     assert (found.random, found.unseen) == (0, 1.0)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.defect("S975", before="`unstable at worst` of a graph without a loop", after="no value, and why")
+def test_a_figure_without_a_value_says_why() -> None:
+    """A gain of 0 passes nothing: there is no response."""
+    wanted = {"peak": {"response": "gain.output", "input": "source.output", "figure": "peak"}}
+    found = worst(read_graph_text(OPEN), wanted, tolerances={"gain.gain": [0.0, 2.0]}, samples=1)
+    (case,) = found.cases
+    reason = "source.output does not move gain.output"
+    assert (case.worst, case.values) == (None, {"gain.gain": 0.0})
+    assert worst_text(found).splitlines()[:2] == ["peak: 1 nominal, no value at worst, at a corner", f"  {reason}"]
+    assert case.as_data()["without_value"] == {"worst": reason, "gain.gain, low": reason}
+    (panel,) = plot_worst(found).axes
+    assert panel.get_title(loc="left") == "peak: 1 nominal, no value at worst"
+
+
+@pytest.mark.defect("S977", before="no value of a run that lanes do not take", after="that of the run alone")
+def test_measures_of_runs_that_no_lane_takes_are_those_of_the_run_alone() -> None:
+    """Other frequencies are those of more filters, whose states take more room."""
+    graph = read_graph_text(FLICKER)
+    evaluator = Evaluator(graph, {"last": MeasureOf("last", "1")}, "", {"noise.lowest_frequency": 1e-4})
+    for lowest in (1e-4, 1e-6):
+        reading = evaluator.readings({"noise.lowest_frequency": lowest}, slopes=False)["last"]
+        alone = simulate(graph.with_parameters({"noise.lowest_frequency": lowest})).measures["last"]
+        assert reading is not None
+        assert reading.value == alone.value != 0.0
+
+
+@pytest.mark.defect("S975", before="a run that fails has `no value` alone", after="the words of the run")
+def test_a_run_that_fails_says_why() -> None:
+    """1e308 / s times 1e3 s is beyond all numbers."""
+    evaluator = Evaluator(read_graph_text(FLICKER), {"end": MeasureOf("end", "1")}, "", {"rise.slope": 1.0})
+    assert evaluator.readings({"rise.slope": 1e308}, slopes=False) == {"end": None}
+    assert "not finite" in evaluator.why["end"].reason
