@@ -9,8 +9,8 @@ left out. Loops that are unstable in tick 0 may still settle at a limit.
 
 A slow mode hardly moves between two looks. It shows in equal steps before a look: a state that goes
 one way in all of them goes on by d r / (1 - r), with its last step d and their quotient r, as a
-geometric series does. States of blocks before loops count so too, as of the slow filter of a
-reference.
+geometric series does. States of blocks before loops count while they go one way, as of the slow
+filter of a reference. In a graph without loops those of all blocks do.
 """
 
 import math
@@ -18,11 +18,12 @@ import math
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.checks.schedule import outputs_of
 from proofmass.graphs.model.digraph import loops
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.map_blocks import upstream_of
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Truths
 from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.memory import start
 
@@ -35,8 +36,9 @@ def settled_tick(course: Course, progress: Progress | None = None) -> int:
     """Return the base tick by which the loops have settled; raises `ModelError` that names what still moves."""
     plan = course.plan
     looped = set[str]().union(*loops(plan.readers))
-    names = sorted(upstream_of(plan, looped))
-    ticks = math.lcm(*(plan.schedule.divisors[name] for name in looped)) if looped else 1
+    # what measures sum up goes on, and is in no order
+    names = sorted(upstream_of(plan, looped or {name for name, _ in outputs_of(plan.schedule.order)}))
+    ticks = math.lcm(*(plan.schedule.divisors[name] for name in looped or names))
     begin = {entry: x for entry, x in NO_RINGS.states_of(start(plan), names) if isinstance(x, float)}
     entries, own = tuple(begin), np.array([name in looped for name, _, _ in begin], dtype=bool)
     periods, still, got = 0, 0, ""
@@ -48,10 +50,10 @@ def settled_tick(course: Course, progress: Progress | None = None) -> int:
         try:
             rows |= {at: course.numbers(entries, ticks * at, progress, MOST) for at in looks if at not in rows}
         except ModelError as error:
-            raise plan.graph.placed(_restless(error.problems[0].message)).error from error
+            raise plan.graph.placed(_restless(error.problems[0].message, looped)).error from error
         tick, largest = ticks * periods, np.maximum(largest, np.abs(rows[periods]))
-        moves = np.abs(rows[periods] - rows[earlier]) * own
-        ways = _ways(np.array([rows[at] for at in looks]), (MOST - tick) / (ticks * step))
+        one_way, ways = _ways(np.array([rows[at] for at in looks]), (MOST - tick) / (ticks * step))
+        moves = np.abs(rows[periods] - rows[earlier]) * (own | one_way)
         shares = np.divide(np.maximum(moves, ways), largest, out=np.zeros_like(largest), where=largest > 0.0)
         worst = int(np.argmax(shares)) if len(shares) else None
         still = still + 1 if worst is None or shares[worst] <= TOLERANCE else 0
@@ -63,24 +65,24 @@ def settled_tick(course: Course, progress: Progress | None = None) -> int:
             verb = "moves" if moves[worst] >= ways[worst] else "is under way to move"
             span = f"from {ticks * earlier:,} ticks to {tick:,}"
             got = f"{what} {verb} by {shares[worst]:.2g} of its largest value, {span}"
-    raise plan.graph.placed(_restless(got)).error
+    raise plan.graph.placed(_restless(got, looped)).error
 
 
-def _ways(values: Array, far: float) -> Array:
-    """Return how far numbers that go one way go on, in `far` steps at most; 0 of those that go to and fro."""
+def _ways(values: Array, far: float) -> tuple[Truths, Array]:
+    """Return which numbers go one way, and how far they go on, in `far` steps at most; 0 of those that do not."""
     steps = np.diff(values, axis=0)
     if len(steps) < 2:
-        return np.zeros(values.shape[1])
+        return np.zeros(values.shape[1], dtype=bool), np.zeros(values.shape[1])
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = steps[-1] / steps[-2]
         on = np.where(ratio < 1.0, np.minimum(ratio / (1.0 - ratio), far), far)
     one_way = (steps > 0.0).all(axis=0) | (steps < 0.0).all(axis=0)
-    return np.where(one_way, np.abs(steps[-1]) * on, 0.0)
+    return np.asarray(one_way), np.where(one_way, np.abs(steps[-1]) * on, 0.0)
 
 
-def _restless(got: str) -> Problem:
+def _restless(got: str, looped: set[str]) -> Problem:
     return Problem(
-        message="the loops do not settle",
+        message="the loops do not settle" if looped else "the graph does not settle",
         key="at",
         got=got,
         expected=f"{TOLERANCE:g} at most, in {MOST:,} base ticks",

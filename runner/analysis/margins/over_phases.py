@@ -63,8 +63,8 @@ class OverPhases:
             for figure, values in {"gain_margin": gains, "phase_margin": phases}.items()
         }
         stable = [pair for pair in zip(gains, phases, strict=True) if -math.inf not in pair]
-        told = ranges(*zip(*stable, strict=True)) + "; unstable at some" * (len(stable) < len(gains))
-        note = f"over the phase of {entry[0]} to the schedule, which nothing holds: {told}"
+        text = ranges(*zip(*stable, strict=True)) + "; unstable at some" * (len(stable) < len(gains))
+        note = f"over the phase of {entry[0]} to the schedule, which nothing holds: {text}"
         return replace(found, system=system.noted(note), least_over_phases=(min(gains), min(phases)))
 
     def at_worst(self, node: Endpoint, figure: str) -> OpenLoop:

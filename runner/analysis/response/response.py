@@ -18,12 +18,12 @@ from proofmass.runner.analysis.linearisation.linearisation import At, Linearisat
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import common_period
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
+from proofmass.runner.analysis.linearisation.phase import counted_phase
 from proofmass.runner.analysis.linearisation.rounded import NEAR, known_note, moved_maps, nearest_mode
+from proofmass.runner.analysis.linearisation.step import StepFigures, StepResponse, step_response
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse, grid, resonances
 from proofmass.runner.analysis.margins.frequencies import Samples, highest
-from proofmass.runner.analysis.response.phase import counted_phase
 from proofmass.runner.analysis.response.simulated import Simulated, read_amplitude, simulated
-from proofmass.runner.analysis.response.step import StepFigures, StepResponse, step_response
 from proofmass.runner.analysis.response.stimuli import Stimulus, StimulusKind
 from proofmass.runner.host.arrays import Array, Complex
 from proofmass.runner.host.notebook import Plotted, Told

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
+from proofmass.runner.analysis.linearisation.step import StepFigures
 from proofmass.runner.analysis.margins.text import seconds_text
 from proofmass.runner.analysis.response.response import Response
 from proofmass.runner.analysis.response.simulated import Simulated
-from proofmass.runner.analysis.response.step import StepFigures
 
 _FAR = 100.0  # times the final value: a peak from which it has come back
 _ROWS = 8  # of the linear response without a simulation

@@ -15,16 +15,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.step import step_response
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.analysis.margins.lifted import closed_samples, largest
 from proofmass.runner.analysis.margins.margins import Margins, margins_at
 from proofmass.runner.analysis.margins.sensitivity import by_gain, by_turn, closed_slope
-from proofmass.runner.analysis.margins.step import sampled_step
-from proofmass.runner.analysis.response.step import step_response
+from proofmass.runner.analysis.margins.step import closed_loop
 from proofmass.runner.host.arrays import Complex
 
 _DECIBELS = 20.0 / math.log(10.0)
@@ -279,9 +278,9 @@ def step_figures(margins: Margins) -> dict[str, float]:
 
     They are infinite where T is zero at rest. Modes that last, which no figure sees, are left out.
     """
-    a, b, c, d, step = sampled_step(margins)
-    c, d = c.mean(axis=0, keepdims=True), d.mean(axis=0, keepdims=True)
-    found = step_response(WireResponse((*Lasting(a).without(a, b, c), d), step))
+    of = closed_loop(margins)
+    a, b, c, d = of.matrices
+    found = step_response(WireResponse((a, b, c.mean(axis=0, keepdims=True), d.mean(axis=0, keepdims=True)), of.period))
     over, settling = (None, None) if found is None else (found.figures.overshoot, found.figures.settling)
     return {
         "overshoot": math.inf if over is None else 100.0 * over,

@@ -74,8 +74,9 @@ def _draw(panel: "Axes", case: WorstCase, bars: Sequence[OneAtATime]) -> None:
     if rows:
         panel.legend(loc="lower left", bbox_to_anchor=(0.75, 1.0), ncols=2)
     label = f" {unit}" if unit != "1" else ""
-    known = case.worst is not None and math.isfinite(case.worst)
-    worst = f"{case.worst * factor:.5g}{label}" if known else value_text(case.worst, case, "worst")
+    worst = value_text(case.worst, case, "worst")
+    if case.worst is not None and math.isfinite(case.worst):
+        worst = f"{case.worst * factor:.5g}{label}"
     panel.set_title(f"{case.name}: {nominal:.5g}{label} nominal, {worst} at worst", loc="left", size=10)
     rest = [single.parameter for single in case.one_at_a_time if single.parameter not in names]
     lost = [single.parameter for single in bars if math.isinf(_reach(case, single))]

@@ -334,3 +334,32 @@ def test_a_loop_that_moves_and_stays_the_same_is_told_at_its_start() -> None:
     found = margins(with_a_knee((-0.1, 0.01, 0.3)))
     assert (found.system.map.told, found.system.map.notes) == ("", ())
     assert found.gain_margin == pytest.approx(200.0, rel=1e-9)
+
+
+def behind(source: LowPass) -> Graph:
+    """A product of a signal and what a filter makes of 0.96: its gain."""
+    blocks = {"level": Constant(value=0.96), "slow": source, "signal": Constant(), "product": Product()}
+    wires = ["level.output -> slow.input", "slow.output -> product.first", "signal.output -> product.second"]
+    measured = {"last": {"signal": "product.output", "statistic": "mean"}}
+    return Graph(name="slow", rate=1000, blocks=blocks, wires=wires, samples=9000, measures=measured)
+
+
+@pytest.mark.defect("S980", before="a graph without loops settled after 111 ticks: 0.48 for 0.96", after="at rest")
+@pytest.mark.parametrize("constant", [0.02, 0.2])
+def test_a_graph_without_loops_settles_too(constant: float) -> None:
+    """What is left of a step decays as exp(-t / T); a mean goes on, and moves nothing."""
+    graph = behind(LowPass(corner_frequency=1.0 / (2.0 * math.pi * constant)))
+    tick = settled_tick(Course(plan(graph)))
+    assert math.exp(-1e-3 * tick / constant) < 1e-6
+    found = proofmass.response(graph, "signal.output", "product.output", at="settled", frequencies=[1.0])
+    assert abs(found.gain[0]) == pytest.approx(0.96, rel=1e-6)
+
+
+@pytest.mark.defect("S980", before="an integral that goes on had settled after 111 ticks", after="refused, and named")
+def test_a_graph_without_loops_may_not_settle(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("proofmass.runner.analysis.linearisation.settle.MOST", 1 << 11)
+    blocks = {"level": Constant(value=1.0), "integral": DiscreteIntegrator(output_unit="1")}
+    graph = Graph(name="endless", rate=1000, blocks=blocks, wires=["level.output -> integral.input"])
+    with pytest.raises(ModelError, match="does not settle") as caught:
+        settled_tick(Course(plan(graph)))
+    assert caught.value.problems[0].got.startswith("integral.total")

@@ -14,11 +14,12 @@ from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.linearise import linearise
+from proofmass.runner.analysis.linearisation.step import step_response
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.plot import plot_margins, plot_sensitivities
 from proofmass.runner.analysis.margins.sensitivity import Effect, Sensitivity
 from proofmass.runner.analysis.margins.stability import margins
-from proofmass.runner.analysis.margins.step import shown_step, step_response
+from proofmass.runner.analysis.margins.step import closed_loop, shown_step
 from tests.runner.analysis.linearisation.test_analog_loop import servo
 from tests.runner.analysis.margins.test_margins import lifted
 
@@ -48,11 +49,13 @@ def of_accelerometer() -> Margins:
 
 
 def test_the_step_response_is_that_of_the_closed_loop() -> None:
-    times, found = step_response(of_accelerometer())
+    step = step_response(closed_loop(of_accelerometer()))
+    assert step is not None
+    times, found = step.times, step.values
     closed = control.feedback(linearise(GRAPH, loop="main"), 1)
     _, expected = control.step_response(closed, times)
     assert len(found) > 1000
-    assert found[:, 0] == pytest.approx(expected, rel=1e-8, abs=1e-9)
+    assert found == pytest.approx(expected, rel=1e-8, abs=1e-9)
 
 
 def test_the_step_of_an_analog_loop_is_drawn_until_it_has_settled() -> None:
@@ -67,12 +70,14 @@ def test_the_step_of_an_analog_loop_is_drawn_until_it_has_settled() -> None:
     assert times[-1] == pytest.approx(1.6 * outside[-1], rel=0.05)
 
 
-def test_a_step_that_settles_after_thousands_of_ticks_is_drawn_to_its_end() -> None:
-    """x[n + 1] = x[n] + 2e-4 (1 - x[n]) comes within 2 % after log(50) / 2e-4 ticks."""
-    times, values = shown_step(margins(slow_loop(2e-4), "gain.output"))
+@pytest.mark.defect("S978", before="drawn for 262,144 ticks: 0.41 for 1 at the end", after="until it has settled")
+@pytest.mark.parametrize("gain", [2e-4, 2e-6])
+def test_a_step_that_settles_after_thousands_of_ticks_is_drawn_to_its_end(gain: float) -> None:
+    """x[n + 1] = x[n] + g (1 - x[n]) comes within 2 % after log(50) / g ticks."""
+    times, values = shown_step(margins(slow_loop(gain), "gain.output"))
     assert values[-1] == pytest.approx(1.0, abs=0.02)
-    assert times[-1] == pytest.approx(1.6e-3 * math.log(50.0) / 2e-4, rel=0.02)
-    (line, *_) = plot_margins(margins(slow_loop(2e-4), "gain.output")).axes[3].lines
+    assert times[-1] == pytest.approx(1.6e-3 * math.log(50.0) / gain, rel=0.02)
+    (line, *_) = plot_margins(margins(slow_loop(gain), "gain.output")).axes[3].lines
     drawn = np.asarray(line.get_ydata(), dtype=float)
     assert 1000 < len(drawn) < 5000
     assert (drawn.min(), drawn.max()) == (values.min(), values.max())

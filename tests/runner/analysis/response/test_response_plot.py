@@ -1,11 +1,13 @@
 """The picture of a response: every axis and every line has its name, and numbers of axes do not touch."""
 
+import math
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
 from proofmass import Graph, response
-from proofmass.blocks import Constant, Delay
+from proofmass.blocks import Constant, Delay, LowPass
 from proofmass.runner.analysis.response.plot import plot_response
 
 
@@ -47,3 +49,14 @@ def test_phases_of_a_long_delay_do_not_touch() -> None:
     assert all(step % 360.0 == 0.0 for step in phase.get_yticks())
     assert len(boxes) > 4
     assert all(below.y1 < above.y0 for below, above in pairwise(boxes))
+
+
+@pytest.mark.defect("S979", before="drawn until it had decayed by 1e8: 4.7 times as long", after="until it has settled")
+def test_a_step_without_overshoot_is_drawn_until_it_has_settled() -> None:
+    """A low-pass of the time constant T comes within 2 % after log(50) T."""
+    blocks = {"level": Constant(value=0.0), "filter": LowPass(corner_frequency=1.0)}
+    graph = Graph(name="slow", rate="100 Hz", blocks=blocks, wires=["level.output -> filter.input"])
+    _, _, panel = plot_response(response(graph, "level.output", "filter.output")).axes
+    assert panel.get_xlabel() == "time [ms]"
+    last = float(np.asarray(panel.lines[0].get_xdata(), dtype=float)[-1])
+    assert last == pytest.approx(1.6e3 * math.log(50.0) / (2.0 * math.pi), abs=20.0)

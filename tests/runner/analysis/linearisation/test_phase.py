@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.response.phase import counted_phase
+from proofmass.runner.analysis.linearisation.phase import counted_phase
 from proofmass.runner.host.arrays import Array, Complex
 
 

@@ -8,20 +8,19 @@ itself.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
-from proofmass.runner.analysis.margins.step import SHOWN, WITHIN, doubled
 from proofmass.runner.host.arrays import Array
 
 RISE = (0.1, 0.9)  # of the final value
+WITHIN = 0.02  # of the final value, in which a step has settled
+_SHOWN, _FEWEST = 1.6, 16  # settling times that a picture shows, and values
 _AT_ONCE = 1 << 14  # periods
-_MANY = 128  # states, from which zeros of delay lines count
 _LEFT = math.log(1e8)  # by which the slowest mode has decayed at the end
 _DECAY = 6.0  # times of the peak, the same where it comes back to zero
 _NOTHING = 1e-9  # of the largest value: a final value that is rounding
@@ -54,9 +53,8 @@ class StepResponse:
 
     def shown(self) -> tuple[Array, Array]:
         """The part that a picture shows."""
-        decay = self.figures.settling or _DECAY * self.figures.peak_time
-        end = SHOWN * max(decay, self.figures.peak_time)
-        count = max(2, int(np.searchsorted(self.times, end)))
+        end = _SHOWN * (self.figures.settling or _DECAY * self.figures.peak_time)
+        count = max(_FEWEST, int(np.searchsorted(self.times, end)))
         return self.times[:count], self.values[:count]
 
 
@@ -69,38 +67,50 @@ def step_response(of: WireResponse) -> StepResponse | None:
     return StepResponse(times, values, _figures(times, values, final))
 
 
+def driven_step(of: WireResponse, periods: int) -> tuple[Array, Array]:
+    """Return times and values of the output for a step of one over some periods, whether or not it settles."""
+    a, b, c, d = of.matrices
+    whole = np.eye(len(a) + 1)
+    whole[:-1] = np.hstack([a, b.sum(axis=1, keepdims=True)])
+    read = np.hstack([c, d.sum(axis=1, keepdims=True)])
+    return _rows(of, whole, np.eye(len(whole))[-1], periods, lambda states: read @ states)
+
+
 def _values(of: WireResponse) -> tuple[Array, Array]:
     a, b, c, d = of.matrices
     end = np.linalg.solve(np.eye(len(a)) - a, b.sum(axis=1)) if len(a) else np.zeros(0)
     last = c @ end + d.sum(axis=1)
+    wanted = int(_LEFT / -math.log(of.radius)) + 2 * len(a) + 2 if of.radius > 0.0 else len(a) + 2
+    return _rows(of, a, end, wanted, lambda errors: last[:, None] - c @ errors)
+
+
+def _rows(of: WireResponse, a: Array, begin: Array, wanted: int, read: Callable[[Array], Array]) -> tuple[Array, Array]:
+    """Return times and values that are read from A^n begin, for so many periods."""
     starts, rows = [], []
-    for first, stride, errors in _decays(a, c, end, of.radius):
-        starts.append(first + stride * np.arange(len(errors)))
-        rows.append(last - errors)
+    for first, stride, columns in _powers(a, begin, wanted):
+        starts.append(first + stride * np.arange(columns.shape[1]))
+        rows.append(read(columns).T)
     times = of.late + np.add.outer(np.concatenate(starts), np.arange(of.values) / of.values) * of.period
     return times.ravel(), np.concatenate(rows).ravel()
 
 
-def _decays(a: Array, c: Array, end: Array, radius: float) -> Iterator[tuple[int, int, Array]]:
-    """C A^n end: from a period on, at a stride, a row for each n."""
-    wanted = int(_LEFT / -math.log(radius)) + 2 * len(a) + 2 if radius > 0.0 else len(a) + 2
-    first, stride, count, column = 0, 1, min(_AT_ONCE, wanted), end
-    sparse = len(a) > _MANY and 10 * np.count_nonzero(a) < a.size
-    power, out = (csr_array(a), csr_array(c)) if sparse else (a, c)
-    while True:
-        if sparse:  # a step takes less time than a part of a product of whole matrices
-            rows = np.empty((count, len(c)))
-            for row in rows:
-                row[:], column = out @ column, power @ column
-        else:
-            columns, jump = doubled(column[:, None], power, count)
-            rows, column = (out @ columns).T, jump @ columns[:, 0]
-        yield first, stride, rows
-        first += stride * len(rows)
-        if first >= wanted:
-            return
+def _powers(a: Array, begin: Array, wanted: int) -> Iterator[tuple[int, int, Array]]:
+    """A^n begin: from a period on, at a stride, a column for each n."""
+    first, stride, power, column = 0, 1, a, begin[:, None]
+    while first < wanted:
+        count, left = _AT_ONCE if first == 0 else _AT_ONCE // 2, -(-(wanted - first) // stride)
+        columns, jump = _doubled(column, power, min(count, left))
+        yield first, stride, columns[:, :left]
+        column = jump @ columns[:, :1]
+        first += stride * columns.shape[1]
         power, stride = power @ power, 2 * stride
-        count = min(_AT_ONCE // 2, -(-(wanted - first) // stride))
+
+
+def _doubled(columns: Array, power: Array, count: int) -> tuple[Array, Array]:
+    """Return at least `count` columns, each the power times the one before, and the power that leads beyond them."""
+    while columns.shape[1] < count:
+        columns, power = np.hstack([columns, power @ columns]), power @ power
+    return columns, power
 
 
 def _figures(times: Array, values: Array, final: float) -> StepFigures:
