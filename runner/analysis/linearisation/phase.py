@@ -4,8 +4,12 @@ The angles at two frequencies tell the turn between them but for whole turns. Th
 phase there tell it roughly, as those of a delay do however often it turns. Where both do not agree,
 the middle is looked at too. A gain that goes there on a straight line, as about a zero, turns by
 the angles alone.
+
+At rest it is 0 or pi where the gain is finite there. Each integrator takes pi / 2 from that, and
+each zero at rest adds as much: their number follows from the slope of the gain.
 """
 
+import cmath
 import math
 from collections.abc import Callable
 from typing import NamedTuple
@@ -18,11 +22,12 @@ from proofmass.runner.host.arrays import Array, Complex, Truths
 _BESIDE = 1e-3  # part of the way to the next frequency over which a slope is taken
 _SURE = 0.5  # rad by which turns by slopes and by angles differ at most
 _STRAIGHT = 1e-2  # part of a gain by which it may miss the middle of a straight line
+_LOWEST = -0.75 * math.pi  # of what is 0 or pi but for rounding
 _Answer = Callable[[Array], Complex]
 
 
 def counted_phase(answer: _Answer, frequencies: Array, gains: Complex) -> Array:
-    """Return the phase in radians at frequencies in order; the first one is that of its gain, at rest 0 or pi.
+    """Return the phase in radians at frequencies in order, counted from rest.
 
     Where a gain is zero, or infinite, the phase is that at the frequency before.
     """
@@ -30,9 +35,21 @@ def counted_phase(answer: _Answer, frequencies: Array, gains: Complex) -> Array:
     if not len(known):
         return np.zeros(len(frequencies))
     w, g = frequencies[known], gains[known]
-    first = math.pi * (g[0].real < 0.0) if w[0] == 0.0 else float(np.angle(g[0]))
-    phase = np.cumsum([first, *_turns(answer, w, g)])
+    phase = np.cumsum([_first(answer, float(w[0]), complex(g[0])), *_turns(answer, w, g)])
     return np.asarray(phase[np.maximum(np.searchsorted(known, np.arange(len(frequencies)), side="right") - 1, 0)])
+
+
+def _first(answer: _Answer, w: float, gain: complex) -> float:
+    """Return the phase at the lowest frequency, whose slope leads to rest."""
+    if w == 0.0:
+        return math.pi * (gain.real < 0.0)
+    own, ratio = cmath.phase(gain), complex(answer(np.array([w * (1.0 + _BESIDE)]))[0]) / gain
+    if ratio == 0.0 or not cmath.isfinite(ratio):
+        return own
+    order = 0.5 * math.pi * round(math.log(abs(ratio)) / math.log1p(_BESIDE))
+    later = cmath.phase(ratio) / _BESIDE
+    sign = (own - later - order - _LOWEST) % (2.0 * math.pi) + _LOWEST
+    return own + 2.0 * math.pi * round((order + sign + later - own) / (2.0 * math.pi))
 
 
 class _Pieces(NamedTuple):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from proofmass.blocks.declaration.shown_units import in_print, prefix
+from proofmass.runner.analysis.linearisation.phase import counted_phase
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity
@@ -85,8 +86,7 @@ def _draw_bode(
     response: "np.ndarray[tuple[int], np.dtype[np.complex128]]",
 ) -> None:
     size = 20.0 * np.log10(np.maximum(np.abs(response), 1e-15))
-    angle = np.degrees(np.unwrap(np.angle(response)))
-    angle -= 360.0 * np.round((angle[0] + 90.0) / 360.0)
+    angle = np.degrees(counted_phase(margins.system.response, 2.0 * math.pi * hertz, response))
     for panel, values in ((magnitude, size), (phase, angle)):
         panel.semilogx(hertz, values, color=BLUE)
         panel.set_xlim(hertz[0], hertz[-1])

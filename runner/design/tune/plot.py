@@ -10,6 +10,7 @@ from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.model.quantities import LoopFigure
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import one_loop
+from proofmass.runner.analysis.linearisation.phase import counted_phase
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.design.tune.tune import Tuned
 from proofmass.runner.output.pictures import BLUE, GRID, INK, ORANGE, PAPER, name_rows, phase_ticks, sheet
@@ -95,7 +96,7 @@ def _draw_loop(tuned: Tuned, loop: str, size: "Axes", phase: "Axes") -> None:
         response = system.response(w)
         frequency, style = w / (2.0 * math.pi), "--" if label == "before" else "-"
         size.plot(frequency, 20.0 * np.log10(np.abs(response)), style, color=colour, label=label)
-        phase.plot(frequency, np.degrees(np.unwrap(np.angle(response))), style, color=colour)
+        phase.plot(frequency, np.degrees(counted_phase(system.response, w, response)), style, color=colour)
     size.axhline(0.0, color=INK, linewidth=0.8)
     size.set_xscale("log")
     size.set_ylabel("|L| [dB]")

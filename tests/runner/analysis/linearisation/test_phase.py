@@ -71,3 +71,18 @@ def test_a_pole_on_the_axis_turns_by_half_a_turn(place: float) -> None:
     found = counted_phase(gain, w, gain(w))
     assert np.cos(found) == pytest.approx(np.where(w <= place, 1.0, -1.0))
     assert np.abs(found[-1]) == pytest.approx(np.pi)
+
+
+@pytest.mark.defect("S981", before="+180 deg of two integrators, +90 of three", after="-180 and -270 deg")
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("delay", [0.0, 3.0])
+@pytest.mark.parametrize("order", range(-3, 6))
+def test_integrators_and_zeros_at_rest_turn_by_a_quarter_each(order: int, delay: float, sign: float) -> None:
+    """(j w)^-n turns by -n / 4, a sign by half a turn, a delay by w times it, a pole by -atan w."""
+    w = np.geomspace(1e-3, 3.0, 30)
+
+    def gain(at: Array) -> Complex:
+        return np.asarray(sign * (1j * at) ** -order * np.exp(-1j * at * delay) / (1.0 + 1j * at))
+
+    expected = -0.5 * np.pi * order + np.pi * (sign < 0.0) - w * delay - np.arctan(w)
+    assert counted_phase(gain, w, gain(w)) == pytest.approx(expected, abs=1e-9)
