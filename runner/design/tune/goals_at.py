@@ -35,7 +35,7 @@ class GoalRow(NamedTuple):
     case: str
     value: float
     gradient: Array
-    limit: float = 0.0
+    sign: float = 0.0  # of the limit that it is of: 1 of the least, -1 of the largest value
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ class GoalsAt:
             if not slack < LARGEST_SLACK:
                 slack, gradient = LARGEST_SLACK, np.zeros_like(gradient)
             slack = slack if math.isfinite(slack) else UNDEFINED
-            moved = row._replace(value=slack, gradient=gradient, limit=limit)
+            moved = row._replace(value=slack, gradient=gradient, sign=sign)
             if goal.soft:
                 objectives.append(moved._replace(value=-slack, gradient=-gradient))
             else:

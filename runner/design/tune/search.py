@@ -179,11 +179,11 @@ def _apart(points: Sequence[TriedPoint], count: int) -> list[TriedPoint]:
 
 def _values(rows: Sequence[GoalRow], like: Sequence[GoalRow], undefined: float = UNDEFINED) -> Array:
     """Return the values in the order of other rows; `undefined` where a quantity has none."""
-    known = {(row.goal, row.case, row.limit): row.value for row in rows}
-    return np.array([known.get((row.goal, row.case, row.limit), undefined) for row in like])
+    known = {(row.goal, row.case, row.sign): row.value for row in rows}
+    return np.array([known.get((row.goal, row.case, row.sign), undefined) for row in like])
 
 
 def _gradients(rows: Sequence[GoalRow], like: Sequence[GoalRow], size: int) -> Array:
-    known = {(row.goal, row.case, row.limit): row.gradient for row in rows}
+    known = {(row.goal, row.case, row.sign): row.gradient for row in rows}
     nothing = np.zeros(size)
-    return np.array([known.get((row.goal, row.case, row.limit), nothing) for row in like]).reshape(len(like), size)
+    return np.array([known.get((row.goal, row.case, row.sign), nothing) for row in like]).reshape(len(like), size)

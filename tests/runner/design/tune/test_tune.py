@@ -219,3 +219,13 @@ def test_goals_in_conflict_share_what_is_missed() -> None:
 def test_without_goals_or_values_nothing_binds() -> None:
     assert _multipliers(tried((0.0, 0.5)), TUNING) == ({}, {})
     assert _multipliers(tried((0.0, 0.5), (row("phase", -0.3, 1.0, 0.0),), known=False), TUNING) == ({}, {})
+
+
+@pytest.mark.defect("S982", before="a value wanted exactly was missed: 74.3 deg, in conflict with itself", after="70 deg")
+def test_a_value_may_be_wanted_exactly() -> None:
+    """Both limits are one: 90 deg - 1.5 w T with K T = 2 sin(w T / 2)."""
+    wanted = {"phase": {"loop": "main", "figure": "phase_margin", "at_least": "70 deg", "at_most": "70 deg"}}
+    free = {"controller.gain": FREE["controller.gain"]}
+    tuned = tune(GRAPH, free=free, goals=wanted, samples=2, starts=1)
+    assert tuned.met
+    assert tuned.parameters["controller.gain"] == pytest.approx(2e3 * math.sin(math.radians(20.0 / 3.0)), rel=1e-6)
