@@ -233,6 +233,8 @@ class Evaluator:
 
 def refused(error: Exception) -> NoValue:
     """Return why there is no value: what an error says, without its place."""
+    if isinstance(error, RunError):
+        return NoValue(f"{error.problem.key} {error.problem.message}")
     problems = error.problems if isinstance(error, ModelError) else ()
     return NoValue("; ".join(f"{p.message}: {p.got}" if p.got else p.message for p in problems) or str(error))
 

@@ -85,6 +85,8 @@ def read_tolerances(graph: Graph, tolerances: Mapping[str, Any]) -> dict[str, To
 def _tolerance(name: str, written: object, nominal: float, unit: str) -> Tolerance:
     if isinstance(written, list | tuple) and len(written) == 2:
         low, high = (convert(end, unit) if isinstance(end, str) else float(end) for end in written)
+        if not (math.isfinite(low) and math.isfinite(high)):
+            raise Refusal("must be finite", got=f"{low:g} to {high:g}")
         if not low <= nominal <= high:
             raise Refusal("does not hold the value of the graph", got=f"{low:g} to {high:g}", expected=f"{nominal:g}")
         return Tolerance(name, short_unit(unit), ends=(low, high))

@@ -9,7 +9,7 @@ from proofmass.runner.output.counts import count
 from proofmass.runner.output.text_table import text_table
 
 _ROWS = 12  # parameters in a table
-_NOTHING = 1e-9  # part of the largest effect
+_NOTHING = 1e-9  # part of the largest effect, or of the nominal value
 
 
 def worst_text(cases: WorstCases) -> str:
@@ -31,7 +31,7 @@ def _case(case: WorstCase, cases: WorstCases) -> Iterator[str]:
     if case.first_order is not None and case.worst is not None:
         yield f"  derivatives at the nominal values say {_number(case.first_order)}{unit}"
     effects = {single.parameter: _effect(case, single.parameter) for single in case.one_at_a_time}
-    largest = max(filter(math.isfinite, effects.values()), default=0.0)
+    largest = max(filter(math.isfinite, (*effects.values(), abs(case.nominal or 0.0))), default=0.0)
     rows: list[tuple[str, ...]] = [("parameter", "low", "high", "at worst", "unit", "alone, low", "alone, high")]
     order = sorted(cases.ranges, key=lambda r: -effects[r.written])
     shown = [r for r in order if effects[r.written] > _NOTHING * largest][:_ROWS]

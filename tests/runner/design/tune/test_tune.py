@@ -221,7 +221,9 @@ def test_without_goals_or_values_nothing_binds() -> None:
     assert _multipliers(tried((0.0, 0.5), (row("phase", -0.3, 1.0, 0.0),), known=False), TUNING) == ({}, {})
 
 
-@pytest.mark.defect("S982", before="a value wanted exactly was missed: 74.3 deg, in conflict with itself", after="70 deg")
+@pytest.mark.defect(
+    "S982", before="a value wanted exactly was missed: 74.3 deg, in conflict with itself", after="70 deg"
+)
 def test_a_value_may_be_wanted_exactly() -> None:
     """Both limits are one: 90 deg - 1.5 w T with K T = 2 sin(w T / 2)."""
     wanted = {"phase": {"loop": "main", "figure": "phase_margin", "at_least": "70 deg", "at_most": "70 deg"}}

@@ -198,3 +198,11 @@ def test_reasons_without_a_value_stand_below_once() -> None:
     (row,) = [line for line in lines if "gain.gain" in line]
     assert row.split()[-2:] == ["unstable", "62"]
     assert plot_worst(cases(case)).axes[0].get_title(loc="left") == "phase: no value at the nominal values"
+
+
+@pytest.mark.defect("S984", before="rounding of what nothing moves stood in the table", after="little or no effect")
+def test_what_moves_by_rounding_alone_has_no_row() -> None:
+    """1 and the next number above it."""
+    ends = tuple(OneAtATime(r.written, 1.0, math.nextafter(1.0, 2.0)) for r in RANGES)
+    lines = worst_text(cases(replace(CASE, nominal=1.0, worst=1.0, one_at_a_time=ends))).splitlines()
+    assert lines[3] == "  of little or no effect alone: sensor.mass, gain.gain, seed"

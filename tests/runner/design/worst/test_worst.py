@@ -277,4 +277,11 @@ def test_a_run_that_fails_says_why() -> None:
     """1e308 / s times 1e3 s is beyond all numbers."""
     evaluator = Evaluator(read_graph_text(FLICKER), {"end": MeasureOf("end", "1")}, "", {"rise.slope": 1.0})
     assert evaluator.readings({"rise.slope": 1e308}, slopes=False) == {"end": None}
-    assert "not finite" in evaluator.why["end"].reason
+    assert evaluator.why["end"].reason.startswith("rise.output is not finite in tick")
+
+
+@pytest.mark.defect("S983", before="an infinite end had no value at worst", after="refused")
+@pytest.mark.parametrize("ends", [[1.0, math.inf], [-math.inf, 200.0], [1.0, math.nan]])
+def test_ends_of_a_tolerance_are_finite(ends: list[float]) -> None:
+    with pytest.raises(ModelError, match="must be finite"):
+        worst(GRAPH, PHASE, tolerances={"controller.gain": ends})
