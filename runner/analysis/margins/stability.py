@@ -9,7 +9,7 @@ from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.loops import AUTO, REQUIREMENTS, Loop
 from proofmass.runner.analysis.decisions.one_bit import loop_through_bits
-from proofmass.runner.analysis.linearisation.linearisation import At, OperatingPoints
+from proofmass.runner.analysis.linearisation.linearisation import At, OperatingPoints, Otherwise
 from proofmass.runner.analysis.linearisation.linearise import loop_nodes
 from proofmass.runner.analysis.linearisation.map_blocks import coarse_blocks
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
@@ -77,8 +77,12 @@ def margins_or_reasons(points: OperatingPoints, loop: str = "", over: bool = Fal
 
 def open_loop(points: OperatingPoints, node: Endpoint, by_parameters: bool = False) -> OpenLoop:
     """Return the loop through an output; with the gains of quantisers of one bit in a run if there is no other."""
-    coarse = coarse_blocks(points.plan, node)
-    return points.loop(node, by_parameters, otherwise=loop_through_bits if coarse else None)
+    return points.loop(node, by_parameters, through_bits(points.plan, node))
+
+
+def through_bits(plan: Plan, node: Endpoint) -> Otherwise | None:
+    """Return what linearises a loop through quantisers of one bit, where there are any."""
+    return loop_through_bits if coarse_blocks(plan, node) else None
 
 
 def missed(planned: Plan, found: dict[str, Margins]) -> list[Problem]:

@@ -25,13 +25,17 @@ def closed_loop(margins: Margins) -> WireResponse:
     system = margins.system
     _, b, c, d = system.matrices
     inverse = np.linalg.inv(np.eye(len(d)) + d)
-    a, b = np.real(system.closed()), (b @ inverse).sum(axis=1)[:, None]
+    a: Array = np.asarray(np.real(system.closed()), dtype=np.float64)
+    b = (b @ inverse).sum(axis=1)[:, None]
     c, d, step = inverse @ c, (d @ inverse).sum(axis=1)[:, None], margins.period
     if system.continuous:
         step = 1.0 / (_POINTS * float(np.max(np.abs(margins.poles), initial=0.0) or 1.0))
-        whole = scipy.linalg.expm(step * np.vstack([np.hstack([a, b]), np.zeros(len(a) + 1)]))
+        augmented = step * np.vstack([np.hstack([a, b]), np.zeros(len(a) + 1)])
+        whole = np.asarray(scipy.linalg.expm(augmented), dtype=np.float64)
         a, b = whole[:-1, :-1], whole[:-1, -1:]
-    return WireResponse((*(Lasting(a).without(a, b, c) if margins.stable else (a, b, c)), d), step)
+    if margins.stable:
+        a, b, c = Lasting(a).without(a, b, c)
+    return WireResponse((a, b, c, d), step)
 
 
 def shown_step(margins: Margins) -> tuple[Array, Array]:

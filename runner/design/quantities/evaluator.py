@@ -33,7 +33,7 @@ from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.margins.margins import Margins, margins_at, margins_of
 from proofmass.runner.analysis.margins.over_phases import OverPhases
 from proofmass.runner.analysis.margins.sensitivity import transfer_sensitivities
-from proofmass.runner.analysis.margins.stability import AT_ANOTHER_PHASE, attained, open_loop
+from proofmass.runner.analysis.margins.stability import AT_ANOTHER_PHASE, attained, open_loop, through_bits
 from proofmass.runner.analysis.response.response import refuse_beyond
 from proofmass.runner.design.quantities.loop_figures import NoValue, Reading, growth, read_figure, value_of_figure
 from proofmass.runner.design.quantities.output_figures import read_noise, read_response
@@ -161,7 +161,8 @@ class Evaluator:
         if self.at:
             return points
         if loop not in self._ways:
-            self._ways[loop] = points.about_loop(self.loops[loop])[0].at
+            node = self.loops[loop]
+            self._ways[loop] = points.about_loop(node, otherwise=through_bits(points.plan, node))[0].at
         return OperatingPoints(points.plan, self._ways[loop], course=points.course)
 
     def _transfer(self, points: OperatingPoints, wanted: TransferPart, free: Mapping[str, float]) -> Reading:

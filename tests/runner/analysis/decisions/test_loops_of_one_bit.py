@@ -19,6 +19,8 @@ from proofmass.blocks import (
 )
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.quantities import LoopFigure
+from proofmass.runner.design.quantities.evaluator import Evaluator
 
 RATE, DC = 10_000.0, 0.123456789
 
@@ -69,6 +71,16 @@ def test_the_margin_is_that_of_the_gain_of_the_run(density: float) -> None:
     assert found.gain_reduction is None
     (note,) = [note for note in found.system.map.notes if "one bit counts as a gain" in note]
     assert note.startswith("bit: ")
+
+
+@pytest.mark.defect("S985", before="no value in `worst`, `tune` and within tolerances", after="as `margins`")
+@pytest.mark.exhaustive
+def test_a_search_takes_the_gain_of_the_run_too() -> None:
+    """Twice 1 / K ends at -1."""
+    figure = LoopFigure("back.output", "gain_margin", "dB")
+    reading = Evaluator(modulator(0.01), {"margin": figure}, "", {}).readings({}, slopes=False)["margin"]
+    assert reading is not None
+    assert reading.value == pytest.approx(20.0 * np.log10(2.0 / by_hand(0.01 * np.sqrt(RATE / 2.0))), abs=0.4)
 
 
 @pytest.mark.defect("S873", before="a gain margin of 8.99", after="10")
