@@ -50,7 +50,9 @@ def settled_tick(course: Course, progress: Progress | None = None) -> int:
         try:
             rows |= {at: course.numbers(entries, ticks * at, progress, MOST) for at in looks if at not in rows}
         except ModelError as error:
-            raise plan.graph.placed(_restless(error.problems[0].message, looped)).error from error
+            raise plan.graph.placed(
+                _restless(f"{error.problems[0].key} {error.problems[0].message}", looped)
+            ).error from error
         tick, largest = ticks * periods, np.maximum(largest, np.abs(rows[periods]))
         one_way, ways = _ways(np.array([rows[at] for at in looks]), (MOST - tick) / (ticks * step))
         moves = np.abs(rows[periods] - rows[earlier]) * (own | one_way)

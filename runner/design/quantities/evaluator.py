@@ -52,7 +52,7 @@ from proofmass.runner.studies.whole.study import run_sensors
 STABLE = "stability of"  # before the name of a loop
 QuantityReadings = dict[str, Reading | None]  # None where there is no value
 Reasons = Mapping[str, NoValue]  # of those that are None
-Found = dict[str, Reading | NoValue]
+_Answers = dict[str, Reading | NoValue]
 _REFUSED = ModelError, Refusal, ArithmeticError, np.linalg.LinAlgError
 _STEP = 1e-3  # of a parameter's width, for differences between runs
 _YIELD_STEP = 0.05  # of a parameter's width, over which enough sensors change sides
@@ -94,12 +94,12 @@ class Evaluator:
         self.why = {name: of for name, of in found.items() if isinstance(of, NoValue)}
         return {name: None if isinstance(of, NoValue) else of for name, of in found.items()}
 
-    def _found(self, values: Mapping[str, float], slopes: bool) -> Found:
+    def _found(self, values: Mapping[str, float], slopes: bool) -> _Answers:
         try:
             changed = varied(self.plan, changed_blocks(self.plan.blocks, self._adjustable.settings(values)))
         except _REFUSED as error:
             return dict.fromkeys([*(f"{STABLE} {loop}" for loop in self.loops), *self.quantities], refused(error))
-        readings: Found = {}
+        readings: _Answers = {}
         course = Course(changed, like=self._course)
         points = OperatingPoints(changed, self.at or AUTO, course=course)
         moved = {name: self._adjustable.moved_by(name, values) for name in self.widths} if slopes else {}
@@ -138,7 +138,7 @@ class Evaluator:
 
     def _loop(
         self, points: OperatingPoints, loop: str, node: Endpoint, free: Mapping[str, float], slopes: bool
-    ) -> Found:
+    ) -> _Answers:
         """Return the figures of a loop, those of `margins`; of an unstable one its growth alone."""
         wanted = {n: q.figure for n, q in self.quantities.items() if isinstance(q, LoopFigure) and q.loop == loop}
         stable = f"{STABLE} {loop}"
@@ -172,12 +172,12 @@ class Evaluator:
         slopes = {effect.parameter: effect.derivative for effect in found.effects}
         return Reading(found.value, {name: slopes.get(name, 0.0) for name in free})
 
-    def _measured(self, values: Mapping[str, float], slopes: bool) -> Found:
+    def _measured(self, values: Mapping[str, float], slopes: bool) -> _Answers:
         """Return the measures, and their differences between runs side by side."""
         steps = {name: _STEP * width for name, width in self.widths.items()} if slopes else {}
         table, why = self._measure(_beside(values, steps))
         order = {name: column for column, name in enumerate(self.measured_names)}
-        readings: Found = {}
+        readings: _Answers = {}
         for goal, measure in self.measures.items():
             column = table[:, order[measure]]
             sides = column[1:].reshape(-1, 2)
@@ -217,14 +217,14 @@ class Evaluator:
         """Names of the measures in the order of the columns of `measure`: those of signals, then formulas of them."""
         return [measure.name for measure in self.plan.measures] + [formula.name for formula in self.plan.derived]
 
-    def _yielded(self, values: Mapping[str, float], slopes: bool) -> Found:
+    def _yielded(self, values: Mapping[str, float], slopes: bool) -> _Answers:
         """Return the yields; their derivatives are differences over a part of the widths, with the same sensors."""
         assert self._study is not None
         steps = {name: _YIELD_STEP * width for name, width in self.widths.items()} if slopes else {}
         now, *beside = [self._study.yields(row) for row in _beside(values, steps)]
         if isinstance(now, NoValue):
             return dict.fromkeys(self.yields, now)
-        readings: Found = {}
+        readings: _Answers = {}
         for goal, limit in self.yields.items():
             sides = [now[limit] if isinstance(row, NoValue) else row[limit] for row in beside]
             pairs = zip(steps.items(), sides[::2], sides[1::2], strict=True)

@@ -39,7 +39,7 @@ class Reading(NamedTuple):
 
 
 class NoValue(NamedTuple):
-    """Why a quantity has no value."""
+    """Reason why a quantity has no value."""
 
     reason: str
     unstable: bool = False  # a loop is

@@ -73,7 +73,7 @@ def test_the_margin_is_that_of_the_gain_of_the_run(density: float) -> None:
     assert note.startswith("bit: ")
 
 
-@pytest.mark.defect("S985", before="no value in `worst`, `tune` and within tolerances", after="as `margins`")
+@pytest.mark.defect("S984", before="no value in `worst`, `tune` and within tolerances", after="as `margins`")
 @pytest.mark.exhaustive
 def test_a_search_takes_the_gain_of_the_run_too() -> None:
     """Twice 1 / K ends at -1."""

@@ -111,10 +111,12 @@ def test_a_loop_that_is_driven_to_and_fro_does_not_settle(monkeypatch: pytest.Mo
     assert "from 4,857 ticks to 9,107" in problem.got
 
 
+@pytest.mark.defect("H892", before="`is not finite in tick 1745` of nothing", after="of the output that is")
 def test_a_loop_that_diverges_does_not_settle() -> None:
     for gain in (-30.0, 2500.0):
-        with pytest.raises(ModelError, match="the loops do not settle"):
+        with pytest.raises(ModelError, match="the loops do not settle") as caught:
             settled_tick(Course(plan(loop(gain, Constant(value=1.0)))))
+    assert caught.value.problems[0].got.startswith("back.output is not finite in tick")
 
 
 @pytest.mark.exhaustive

@@ -200,7 +200,7 @@ def test_reasons_without_a_value_stand_below_once() -> None:
     assert plot_worst(cases(case)).axes[0].get_title(loc="left") == "phase: no value at the nominal values"
 
 
-@pytest.mark.defect("S984", before="rounding of what nothing moves stood in the table", after="little or no effect")
+@pytest.mark.defect("H891", before="rounding of what nothing moves stood in the table", after="little or no effect")
 def test_what_moves_by_rounding_alone_has_no_row() -> None:
     """1 and the next number above it."""
     ends = tuple(OneAtATime(r.written, 1.0, math.nextafter(1.0, 2.0)) for r in RANGES)
