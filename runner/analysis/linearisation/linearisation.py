@@ -364,7 +364,7 @@ class OperatingPoints:
 
 
 Otherwise = Callable[[Linearisation, Endpoint], OpenLoop | None]
-_LEFT = "the run moves on from here, and what holds at its end is another: name a time, such as --at '1 s'"
+_LEFT = "the run does not end here, and what holds at its end is another: name a time, such as --at '1 s'"
 _END = "end"
 _WAYS = (AUTO, SETTLED, PERIODIC)
 
