@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
 from proofmass.runner.host.arrays import Array
@@ -20,7 +21,8 @@ from proofmass.runner.host.arrays import Array
 RISE = (0.1, 0.9)  # of the final value
 WITHIN = 0.02  # of the final value, in which a step has settled
 _SHOWN, _FEWEST = 1.6, 16  # settling times that a picture shows, and values
-_AT_ONCE = 1 << 14  # periods
+_AT_ONCE, _PIECE = 1 << 14, 256  # periods
+_MANY = 128  # states, from which zeros of delay lines count
 _LEFT = math.log(1e8)  # by which the slowest mode has decayed at the end
 _DECAY = 6.0  # times of the peak, the same where it comes back to zero
 _NOTHING = 1e-9  # of the largest value: a final value that is rounding
@@ -96,21 +98,33 @@ def _rows(of: WireResponse, a: Array, begin: Array, wanted: int, read: Callable[
 
 def _powers(a: Array, begin: Array, wanted: int) -> Iterator[tuple[int, int, Array]]:
     """A^n begin: from a period on, at a stride, a column for each n."""
-    first, stride, power, column = 0, 1, a, begin[:, None]
-    while first < wanted:
-        count, left = _AT_ONCE if first == 0 else _AT_ONCE // 2, -(-(wanted - first) // stride)
-        columns, jump = _doubled(column, power, min(count, left))
-        yield first, stride, columns[:, :left]
-        column = jump @ columns[:, :1]
-        first += stride * columns.shape[1]
+    sparse = len(a) > _MANY and 10 * np.count_nonzero(a) < a.size
+    first, stride, power, column = 0, 1, csr_array(a) if sparse else a, begin
+    while True:
+        count = min(_AT_ONCE if first == 0 else _AT_ONCE // 2, -(-(wanted - first) // stride))
+        for columns, following in (_stepped if sparse else _doubled)(column, power, count):
+            yield first, stride, columns
+            first, column = first + stride * columns.shape[1], following
+        if first >= wanted:
+            return
         power, stride = power @ power, 2 * stride
 
 
-def _doubled(columns: Array, power: Array, count: int) -> tuple[Array, Array]:
-    """Return at least `count` columns, each the power times the one before, and the power that leads beyond them."""
+def _doubled(column: Array, power: Array, count: int) -> Iterator[tuple[Array, Array]]:
+    """Yield so many columns, each the power times the one before, and the one behind them."""
+    columns, jump = column[:, None], power
     while columns.shape[1] < count:
-        columns, power = np.hstack([columns, power @ columns]), power @ power
-    return columns, power
+        columns, jump = np.hstack([columns, jump @ columns]), jump @ jump
+    yield columns[:, :count], columns[:, count] if count < columns.shape[1] else jump @ columns[:, 0]
+
+
+def _stepped(column: Array, power: Any, count: int) -> Iterator[tuple[Array, Array]]:
+    """Yield them some at a time: with a power of many zeros a step takes less time than its part of a product."""
+    for first in range(0, count, _PIECE):
+        columns = np.empty((len(column), min(_PIECE, count - first)))
+        for place in range(columns.shape[1]):
+            columns[:, place], column = column, power @ column
+        yield columns, column
 
 
 def _figures(times: Array, values: Array, final: float) -> StepFigures:
