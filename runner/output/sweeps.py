@@ -11,11 +11,12 @@ from proofmass.blocks.declaration.shown_units import display
 from proofmass.blocks.declaration.unit_expressions import UnitError
 from proofmass.blocks.declaration.units import convert_exactly, split_quantity
 from proofmass.runner.output.export import whole_csv
-from proofmass.runner.output.pictures import BLUE, axis_label, sheet
+from proofmass.runner.output.pictures import BLUE, axis_label, literal, sheet
 from proofmass.runner.output.text_table import text_table
 from proofmass.runner.run.sweep import Sweep
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -51,8 +52,7 @@ def plot_sweep(sweep: Sweep, measures: Sequence[str]) -> "Figure":
                 panel.plot(places, factor * curve, "o-", markersize=4.0, label=label, color=color)
             panel.set_ylabel(axis_label(measure, unit_of_measure))
         panels[-1].set_xlabel(axis_label(name, unit))
-        if not unit and not all(isinstance(value, int | float) for value in next(iter(sweep.values.values()))):
-            panels[-1].set_xticks(places, [str(value) for value in next(iter(sweep.values.values()))])
+        name_places(panels[-1], places, next(iter(sweep.values.values())), unit)
         if len(sweep.shape) > 1 and math.prod(sweep.shape[1:]) <= 12:
             panels[0].legend(fontsize="small")
     return figure
@@ -71,6 +71,12 @@ def axis_of(values: Sequence[object]) -> tuple[list[float], str]:
         return [float(convert_exactly(str(value), unit or "1")) for value in values], unit
     except (UnitError, OverflowError):
         return [float(place) for place in range(len(values))], ""
+
+
+def name_places(panel: "Axes", places: Sequence[float], values: Sequence[object], unit: str) -> None:
+    """Write values that are not quantities at their places on the axis."""
+    if not unit and not all(isinstance(value, int | float) for value in values):
+        panel.set_xticks(places, [literal(str(value)) for value in values])
 
 
 def _scale(sweep: Sweep, measure: str) -> tuple[float, str]:

@@ -2,7 +2,7 @@
 
 import hashlib
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -63,6 +63,10 @@ class StudyResult(Plotted):
         epochs = f" at {len(self.study.epochs)} epochs" if len(self.study.epochs) > 1 else ""
         failed = f", {len(self.faults):,} failed" if self.faults else ""
         return f"<StudyResult of {self.study.graph.name}: {runs}{epochs}{failed}; {', '.join(self.values)}>"
+
+    def unit_of(self, name: str) -> str | None:
+        """Return the unit of a measure; None for one that the study does not have."""
+        return next((measure.unit for measure in self.measures if measure.name == name), None)
 
     @property
     def interrupted(self) -> bool:
@@ -219,13 +223,13 @@ class StudyResult(Plotted):
         return own | dict(self.provenance)
 
 
-def as_shown(result: StudyResult) -> StudyResult:
+def as_shown(result: StudyResult, beside: Collection[StudyResult] = ()) -> StudyResult:
     """Return a study in units for people: what its measures ask for, such as deg/h, or with a
-    prefix that suits them.
+    prefix that suits them, and those of the same name and unit in studies `beside` it.
 
     The digest of what it returns is not that of the study.
     """
-    units = {measure.name: _shown_unit(measure, result.values[measure.name]) for measure in result.measures}
+    units = {measure.name: _shown_unit(measure, (result, *beside)) for measure in result.measures}
     factors = {name: factor for name, (factor, _) in units.items() if factor != 1.0}
     if not factors:
         return result
@@ -241,11 +245,12 @@ def as_shown(result: StudyResult) -> StudyResult:
     )
 
 
-def _shown_unit(measure: PlannedMeasure, values: AnyArray) -> tuple[float, str]:
+def _shown_unit(measure: PlannedMeasure, results: Collection[StudyResult]) -> tuple[float, str]:
     """Return the factor and the unit in which a measure is shown: a prefix only where numbers are long without it."""
     if measure.shown_in:
         return display(measure.unit, measure.shown_in, 1.0)[0], measure.shown_in
-    largest = float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
+    alike = [result.values[measure.name] for result in results if result.unit_of(measure.name) == measure.unit]
+    largest = max(float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0)) for values in alike)
     return (1.0, measure.unit) if 0.01 <= largest < 1e4 else prefix(measure.unit, largest)
 
 

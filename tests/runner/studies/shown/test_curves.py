@@ -1,18 +1,36 @@
 """Curves of the variants of a sweep: one for each value of the other parameters."""
 
+import re
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from proofmass import read_variants, run_study
 from proofmass.runner.studies.shown import curves
+
+TAPS = ([0.001, 0.002], [1.0, 2.0], [1.0, 5.0])
+FILTERS = f"""
+name = "filters"
+rate = "1 kHz"
+samples = 3
+wires = ["source.output -> filter.input"]
+measures.last = {{ signal = "filter.output", statistic = "last" }}
+blocks.source = {{ kind = "Constant", value = 1, unit = "V" }}
+blocks.filter = {{ kind = "FiniteImpulseResponse", input_unit = "V", output_unit = "V" }}
+[study]
+runs = 2
+spread = {{ "source.value" = {{ values = [1.0] }} }}
+sweep = {{ "filter.taps" = {[*TAPS]} }}
+"""
 
 
 class Result:
     """A measure of two sensors at two ages."""
 
-    measures = (SimpleNamespace(name="bias"),)
+    measures = (SimpleNamespace(name="bias", unit="V"),)
 
     def __init__(self, last: float) -> None:
         self.values = {"bias": np.array([[9.0, last], [9.0, last + 1.0]])}
@@ -20,11 +38,14 @@ class Result:
     def __getitem__(self, name: str) -> Any:
         return self.values[name]
 
+    def unit_of(self, name: str) -> str:
+        return "V" if name == "bias" else ""
+
 
 def test_variants_are_curves_over_one_parameter(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of two gains and two masses, over the gain a curve of each mass, at the last age."""
     drawn: list[Any] = []
-    monkeypatch.setattr(curves, "_drawn", lambda known, key, unit, measure: drawn.append((known, key)) or "")
+    monkeypatch.setattr(curves, "_drawn", lambda known, key, *_: drawn.append((known, key)) or "")
     names = {f"gain = {gain}, mass = {mass}": (gain, mass) for gain in (1, 2) for mass in (5, 7)}
     results = {name: Result(10.0 * gain + mass) for name, (gain, mass) in names.items()}
     swept = {name: {"gain": str(gain), "mass": str(mass)} for name, (gain, mass) in names.items()}
@@ -35,3 +56,36 @@ def test_variants_are_curves_over_one_parameter(monkeypatch: pytest.MonkeyPatch)
         "mass = 5": [(1.0, [15.0, 16.0]), (2.0, [25.0, 26.0])],
         "mass = 7": [(1.0, [17.0, 18.0]), (2.0, [27.0, 28.0])],
     }
+
+
+@pytest.fixture
+def filters(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """The figure over lists of taps, and its measure: 1 V behind each filter is the sum of its taps."""
+    (tmp_path / "filters.toml").write_text(FILTERS)
+    drawn: list[Any] = []
+    drawing = curves.plot_curves
+    monkeypatch.setattr(curves, "plot_curves", lambda *told: drawn.append((drawing(*told), told[2])) or drawn[-1][0])
+    studies = read_variants(tmp_path / "filters.toml")
+    assert curves.variant_pictures({name: run_study(study, engine="python") for name, study in studies.items()})
+    ((figure, measure),) = drawn
+    return figure.axes[0], measure
+
+
+@pytest.mark.defect("S990", before="3 V beside 3 mV, each drawn as 3 mV", after="3 V and 0.003 V")
+def test_variants_are_drawn_in_one_unit(filters: Any) -> None:
+    panel, measure = filters
+    heights = [line.get_ydata() for line in panel.lines]
+    assert measure.unit == "V"
+    assert sorted(np.concatenate(heights)) == pytest.approx(sorted(map(sum, TAPS)))
+
+
+@pytest.mark.defect(
+    "S991", before="lists with one first entry at one place, cut at the comma", after="a place for each"
+)
+def test_each_list_of_a_sweep_has_a_place_with_its_name(filters: Any) -> None:
+    panel, _ = filters
+    (line,) = panel.lines
+    assert line.get_xdata().tolist() == [0.0, 1.0, 2.0]
+    assert [re.findall(r"[0-9.]+", tick.get_text()) for tick in panel.get_xticklabels()] == [
+        [str(tap) for tap in taps] for taps in TAPS
+    ]
