@@ -7,6 +7,7 @@ and rates are those of the flat graphs.
 
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
 from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
@@ -17,7 +18,8 @@ from proofmass.graphs.model.flatten import FlatGraph, flatten, parts, values_of
 from proofmass.graphs.model.graph import Graph, Wire, split
 from proofmass.graphs.model.keys import Integer, Text
 from proofmass.graphs.model.loops import REQUIREMENTS
-from proofmass.graphs.model.rates import write_rate
+from proofmass.graphs.model.measures import Measure, as_table
+from proofmass.graphs.model.rates import write_rate, write_seconds
 from proofmass.graphs.model.top_keys import PLAIN_KEYS
 
 
@@ -55,7 +57,7 @@ def differences(first: Graph, second: Graph) -> list[GraphDifference]:
     changes += [GraphDifference("blocks", old, new) for old, new in names.blocks.items()]
     formulas = {names.signal(target): text for target, text in _formulas(first).items()}, _formulas(second)
     before = names.flat(before)
-    changes += _blocks(before, after, formulas, followed)
+    changes += [*_blocks(before, after, formulas, followed), *_other_formulas(after, formulas)]
     return [*changes, *_wires(before, after), *_rest(before, after)]
 
 
@@ -171,6 +173,14 @@ def _blocks(
             yield from _changed(f"{key}.clock_offset", _offset(before, name), _offset(after, name))
 
 
+def _other_formulas(flat: FlatGraph, formulas: tuple[dict[str, str], dict[str, str]]) -> Iterator[GraphDifference]:
+    """Yield other formulas of rates, times and entries of measures: those of parameters stand at their blocks."""
+    parameters = {f"{name}.{parameter}" for name, block in flat.blocks.items() for parameter in type(block).parameters}
+    yield from changed_entries(
+        "formulas.", *({key: text for key, text in table.items() if key not in parameters} for table in formulas)
+    )
+
+
 def _wires(before: FlatGraph, after: FlatGraph) -> Iterator[GraphDifference]:
     sources = [{wire.target: wire.source for wire in flat.wires} for flat in (before, after)]
     yield from changed_entries("wires: ", *sources)
@@ -180,7 +190,7 @@ def _rest(before: FlatGraph, after: FlatGraph) -> Iterator[GraphDifference]:
     flats = before, after
     probes = [{probe.signal: f"every {probe.every} {probe.unit}".rstrip() for probe in flat.probes} for flat in flats]
     yield from changed_entries("probes: ", *probes)
-    measures = [{name: line_of(measure._asdict()) for name, measure in flat.measures.items()} for flat in flats]
+    measures = [{name: _measure(measure) for name, measure in flat.measures.items()} for flat in flats]
     for lines, flat in zip(measures, flats, strict=True):
         lines |= {name: f"{formula.text} {formula.unit}".rstrip() for name, formula in flat.root.derived.items()}
     tables: dict[str, Sequence[Mapping[str, str]]] = {
@@ -203,17 +213,14 @@ def _loops(flat: FlatGraph) -> dict[str, str]:
     entries = {}
     for name, loop in flat.loops.items():
         entries[f"{name}.open_at"] = loop.open_at
-        entries |= {f"{name}.{key}": f"{value:g} {REQUIREMENTS[key]}" for key, value in loop.requirements.items()}
+        entries |= {f"{name}.{key}": f"{value!r} {REQUIREMENTS[key]}" for key, value in loop.requirements.items()}
     return entries
 
 
-def line_of(table: Mapping[str, Any]) -> str:
-    """Return a table in one line, without empty entries."""
-    return ", ".join(f"{key} {_plain(value)}" for key, value in table.items() if value)
-
-
-def _plain(value: Any) -> str:
-    return ", ".join(f"{k} {v}" for k, v in value) if isinstance(value, tuple) else str(value)
+def _measure(measure: Measure) -> str:
+    """Return a measure in one line, as in a graph file."""
+    entries = as_table(measure).items()
+    return ", ".join(f"{key} {write_seconds(v) if isinstance(v, Fraction) else v}" for key, v in entries)
 
 
 def block_text(block: Block) -> str:
@@ -240,7 +247,7 @@ def _own_rate(flat: FlatGraph, name: str) -> str:
 
 
 def _offset(flat: FlatGraph, name: str) -> str:
-    return f"{flat.offsets[name]} s" if name in flat.offsets else ""
+    return write_seconds(flat.offsets[name]) if name in flat.offsets else ""
 
 
 def _rate(rate: Any) -> str:
@@ -248,7 +255,7 @@ def _rate(rate: Any) -> str:
 
 
 def _length(flat: FlatGraph) -> str:
-    length = "" if flat.duration is None else f"{flat.duration} s"
+    length = "" if flat.duration is None else write_seconds(flat.duration)
     return length if flat.samples is None else f"{flat.samples} ticks"
 
 

@@ -83,7 +83,7 @@ def read_measures(table: object) -> dict[str, Measure]:
     problems: list[Problem] = []
     read: dict[str, Measure] = {}
     for name, measure in table.items():
-        entries = _as_table(measure)
+        entries = as_table(measure)
         wrong = list(_problems(name, entries))
         problems += wrong
         if not wrong:
@@ -100,7 +100,7 @@ def read_measures(table: object) -> dict[str, Measure]:
 
 def with_entries(measures: Mapping[str, Measure], entries: Mapping[str, Mapping[str, Any]]) -> dict[str, Measure]:
     """Return measures with other values of some keys, by their names; raises `ModelError`."""
-    return read_measures({name: _as_table(measure) | entries.get(name, {}) for name, measure in measures.items()})
+    return read_measures({name: as_table(measure) | entries.get(name, {}) for name, measure in measures.items()})
 
 
 def read_display_unit(text: object) -> str:
@@ -120,9 +120,11 @@ def bad_display_unit(text: str, of: str, key: str, path: tuple[str, ...]) -> Ite
         yield Problem(message=message, key=key, got=shown(text), hint=hint, path=path)
 
 
-def _as_table(measure: object) -> Any:
+def as_table(measure: object) -> Any:
+    """Return the entries of a measure as in a graph file, times in seconds; what is no measure stays."""
     if isinstance(measure, Measure):
-        own = {"signal": measure.signal, "statistic": measure.statistic, "from": measure.start}
+        own: dict[str, Any] = {"signal": measure.signal, "statistic": measure.statistic}
+        own |= {"from": measure.start} if measure.start else {}
         own |= {"until": measure.until} if measure.until is not None else {}
         own |= {"unit": measure.unit} if measure.unit else {}
         return own | dict(measure.options)

@@ -127,7 +127,8 @@ def study_differences(before: Study, after: Study) -> Iterator[GraphDifference]:
 
 def _asked(study: Study) -> dict[str, str]:
     lines = dict(line.split(" = ", 1) for line in study.text().splitlines())
-    return lines | {"runs": str(study.runs)} | {f"limits.{n}": str(limit) for n, limit in study.limits.items()}
+    lines |= {"runs": str(study.runs)} | {f"limits.{n}": str(limit) for n, limit in study.limits.items()}
+    return lines | {f"stop.{name}": repr(half) for name, half in study.stop.items()}
 
 
 def _same_sensors(before: Study, after: Study) -> bool:

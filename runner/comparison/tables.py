@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
+from os.path import commonprefix
 from pathlib import Path
 
 from proofmass.graphs.model.differences import GraphDifference
@@ -13,7 +14,7 @@ from proofmass.runner.output.page import save_page
 from proofmass.runner.output.page import table as page_table
 from proofmass.runner.output.text_table import text_table
 
-_LONGEST = 60  # characters of what stands in a graph
+_LONGEST, _BEFORE = 60, 20  # characters of what stands in a graph, and before what differs
 _MARKS = {"added": "+", "removed": "-", "changed": "~", "renamed": ">"}
 
 
@@ -30,7 +31,7 @@ class Table:
 def difference_table(title: str, differences: Iterable[GraphDifference]) -> Table:
     """Return what differs between two graphs, or the questions of two studies."""
     rows = tuple(
-        (_MARKS[d.what], d.key, _cut(d.before), _cut(d.after), f"follows {d.follows}" if d.follows else "")
+        (_MARKS[d.what], d.key, *_cut(d.before, d.after), f"follows {d.follows}" if d.follows else "")
         for d in differences
     )
     return Table(title, ("", "key", "before", "after", ""), rows, (0, 1, 2, 3, 4))
@@ -100,9 +101,13 @@ def save_tables(
     return save_page(path, title, f"<p>{escape(verdict)}</p>", sections, "")
 
 
-def _cut(text: str) -> str:
-    line = " ".join(text.split())
-    return line if len(line) <= _LONGEST else line[: _LONGEST - 4] + " ..."
+def _cut(*texts: str) -> list[str]:
+    """Return texts as lines, of long ones what lies about the first place where they differ."""
+    lines = [" ".join(text.split()) for text in texts]
+    if max(map(len, lines)) > _LONGEST:
+        first = 1 + lines[0].rfind(" ", 0, max(0, len(commonprefix(lines)) - _BEFORE))
+        lines = [f"... {line[first:]}" if first else line for line in lines]
+    return [line if len(line) <= _LONGEST else line[: _LONGEST - 4] + " ..." for line in lines]
 
 
 def _trace(change: TraceChange) -> tuple[str, ...]:

@@ -177,8 +177,8 @@ def test_a_measure_in_one_line_has_what_was_written() -> None:
     assert [d for d in differences(GRAPH, changed) if d.key.startswith("measures")] == [
         GraphDifference(
             "measures.bias",
-            "signal controller.output, statistic mean, start 1/100",
-            "signal controller.output, statistic mean, start 1",
+            "signal controller.output, statistic mean, from 10 ms",
+            "signal controller.output, statistic mean, from 1 s",
         ),
         GraphDifference("measures.noise", "signal adc.number, statistic std", ""),
     ]
@@ -209,3 +209,38 @@ def test_blocks_that_look_alike_bear_another_name_only_where_its_end_says_which(
     ]
     blocks = [d.key for d in differences(old, graph("left", "right")) if d.key.startswith("blocks")]
     assert blocks == ["blocks.left", "blocks.one", "blocks.other", "blocks.right"]
+
+
+FOLLOWING = """
+rate = "= 16 * pace"
+duration = "= 800 / pace"
+wires = ["source.output -> gain.input"]
+values.pace = "1 kHz"
+measures.mean = { signal = "gain.output", statistic = "mean", from = "= 10 / pace" }
+blocks.source = { kind = "Constant" }
+blocks.gain = { kind = "Gain", rate = "= 8 * pace", clock_offset = "= 0.0625 / pace" }
+"""
+IN_NUMBERS = {
+    "= 16 * pace": ("16 kHz", "formulas.rate"),
+    "= 800 / pace": ("800 ms", "formulas.duration"),
+    "= 10 / pace": ("10 ms", "formulas.measures.mean.from"),
+    "= 8 * pace": ("8 kHz", "formulas.gain.rate"),
+    "= 0.0625 / pace": ("62.5 us", "formulas.gain.clock_offset"),
+}
+
+
+@pytest.mark.defect("S993", before="they mean the same, but not at another pace", after="the formula, by its key")
+@pytest.mark.parametrize("formula", IN_NUMBERS)
+def test_a_formula_that_became_a_number_is_named(formula: str) -> None:
+    number, key = IN_NUMBERS[formula]
+    found = differences(read_graph_text(FOLLOWING), read_graph_text(FOLLOWING.replace(formula, number)))
+    assert found == [GraphDifference(key, formula, "")]
+
+
+@pytest.mark.defect("S992", before="alike to six digits: they mean the same", after="all digits count")
+def test_a_required_margin_differs_by_its_last_digit() -> None:
+    required = TEXT.replace('open_at = "controller.output"', 'open_at = "controller.output"\ndelay_margin = "1 ms"')
+    assert required != TEXT
+    changed = required.replace('"1 ms"', '"1.0000001 ms"')
+    (found,) = differences(read_graph_text(required), read_graph_text(changed))
+    assert found == GraphDifference("loops.main.delay_margin", "0.001 s", "0.0010000001 s")

@@ -94,3 +94,12 @@ def test_recordings_of_one_name_with_other_numbers(tmp_path: Path) -> None:
     (files[2].parent / "a.csv").unlink()
     lost = {found.key: found.after for found in file_differences(files[0], files[2], None)}
     assert lost["blocks.played.file"] == "there is no such file"
+
+
+@pytest.mark.defect("S994", before="they mean the same, but stop after other runs", after="the key and both numbers")
+def test_when_a_study_stops_is_compared(tmp_path: Path) -> None:
+    files = [tmp_path / "before.toml", tmp_path / "after.toml"]
+    for file, half in zip(files, (0.1, 0.2), strict=True):
+        file.write_text(f"{INTEGRATING}{STUDY}[study.stop]\nend = {half}\n", encoding="utf-8")
+    found = file_differences(*files, None)
+    assert [(d.key, d.before, d.after) for d in found] == [("study.stop.end", "0.1", "0.2")]
