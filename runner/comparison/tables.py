@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
-from os.path import commonprefix
+from itertools import takewhile
 from pathlib import Path
 
 from proofmass.graphs.model.differences import GraphDifference
@@ -105,7 +105,8 @@ def _cut(*texts: str) -> list[str]:
     """Return texts as lines, of long ones what lies about the first place where they differ."""
     lines = [" ".join(text.split()) for text in texts]
     if max(map(len, lines)) > _LONGEST:
-        first = 1 + lines[0].rfind(" ", 0, max(0, len(commonprefix(lines)) - _BEFORE))
+        alike = len([*takewhile(lambda letters: len({*letters}) == 1, zip(*lines, strict=False))])
+        first = 1 + lines[0].rfind(" ", 0, max(0, alike - _BEFORE))
         lines = [f"... {line[first:]}" if first else line for line in lines]
     return [line if len(line) <= _LONGEST else line[: _LONGEST - 4] + " ..." for line in lines]
 
