@@ -91,25 +91,40 @@ def convert_exactly(text: str, target: str) -> Fraction:
 
 def convertible(first: str, second: str) -> bool:
     """Return whether numbers in the first unit can be told in the second: of one dimension, not angle for turns."""
-    return same_dimension(first, second) and not (_is_angle(first, second) or _is_turns(first, second))
+    return same_dimension(first, second) and not turned(first, second)
 
 
-def _is_angle(one: str, other: str) -> bool:
-    """Return whether a unit counts angle where another one counts turns a second: both are one dimension."""
-    return bool(_ANGLE.search(one)) and not _TURNS.search(one) and bool(_HERTZ.match(short_unit(other)))
+def turned(one: str, wanted: str) -> str:
+    """Return what a unit counts and what is wanted where these are angle and turns a second, which are one dimension.
+
+    >>> turned("deg/s", "Hz"), turned("kHz", "rad/s"), turned("1/s", "Hz")
+    ('angle, not turns a second', 'turns, not angle a second', '')
+    """
+    angle, turns = bool(_ANGLE.search(one)), bool(_TURNS.search(one))
+    if angle and not turns and _HERTZ.match(short_unit(wanted)):
+        return "angle, not turns a second"
+    return "turns, not angle a second" if turns and not angle and _RADIANS.match(short_unit(wanted)) else ""
 
 
-def _is_turns(one: str, other: str) -> bool:
-    """Return whether a unit counts turns where another one counts angle a second."""
-    return bool(_TURNS.search(one)) and not _ANGLE.search(one) and bool(_RADIANS.match(short_unit(other)))
+def turning_of_unit(name: str) -> tuple[int, int] | None:
+    """Return the exponents of angle and of turns in a unit; None where it names them below a stroke, or twice.
+
+    >>> turning_of_unit("mrad/s"), turning_of_unit("Hz/V"), turning_of_unit("kg"), turning_of_unit("nV/sqrt(Hz)")
+    ((1, 0), (0, 1), (0, 0), None)
+    """
+    angles, turns = (list(pattern.finditer(name)) for pattern in (_ANGLE, _TURNS))
+    found = [*angles, *turns]
+    if len(found) > 1 or any(one.start() or name.startswith("^", one.end()) for one in found):
+        return None
+    return len(angles), len(turns)
 
 
 def _refuse_turns(symbol: str, target: str, value: Fraction) -> None:
     """Raise `UnitError` where a unit counts angle and the one that is wanted counts turns, or the other way round."""
-    if _is_angle(symbol, target):
-        raise UnitError(f"{symbol} is angle, not turns a second", _written(value / _TURN, target))
-    if _is_turns(symbol, target):
-        raise UnitError(f"{symbol} is turns, not angle a second", _written(value * _TURN, target))
+    told = turned(symbol, target)
+    if told:
+        meant = value / _TURN if told.startswith("angle") else value * _TURN
+        raise UnitError(f"{symbol} is {told}", _written(meant, target))
 
 
 def _written(value: Fraction, target: str) -> str:
@@ -199,6 +214,16 @@ def split_quantity(text: str, example: str = "V") -> tuple[Fraction, str]:
         return _number(match["number"]), match["unit"]
     except ZeroDivisionError:
         raise UnitError("a division by zero") from None
+
+
+def is_quantity(text: str) -> bool:
+    """Return whether a text is a number with a unit that is known, or without one.
+
+    >>> is_quantity("100 rad/s"), is_quantity("100 rad/s + 1 Hz")
+    (True, False)
+    """
+    match = _QUANTITY.fullmatch(text)
+    return match is not None and is_unit(match["unit"] or "1")
 
 
 def _number(text: str) -> Fraction:

@@ -154,8 +154,9 @@ class _Parser:
         units = []
         while self.tokens[self.at][0] == "name" and self.tokens[self.at + 1][1] != "(":
             units.append(self.tokens[self.at][1] + self._unit_power())
-        known = unit("*".join(units) or "1")  # refuses an unknown one, offers the nearest name
-        return Number(_float(text, known.factor), known.exponents)
+        name = "*".join(units) or "1"
+        known = unit(name)  # refuses an unknown one, offers the nearest name
+        return Number(_float(text, known.factor), known.exponents, name)
 
     def _unit_power(self) -> str:
         """The exponent of a unit, with its sign, as `unit` reads it."""

@@ -19,6 +19,7 @@ class Number:
 
     value: float
     dimension: Dimension = NUMBER
+    unit: str = "1"  # in which it is written
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ def plainly(operation: str, arguments: list[Any]) -> Any:
 def evaluated(tree: Tree, numbers: Numbers, apply: Callable[[str, list[Any]], Any] = plainly) -> Any:
     """Return the value of a tree; `apply` says what operations do, for non-floats."""
     match tree:
-        case Number(value, _):
+        case Number(value):
             return value
         case Name(name):
             return numbers[name] if name in numbers else fixed(name).value
@@ -123,7 +124,7 @@ def fixed(name: str, values: Mapping[str, Any] | None = None) -> Number:
         if name in FUNCTIONS:
             hint = f"write its argument in brackets: {name}( )"
         raise Refusal(f"there is no value or unit {shown(name, 60)[1:-1]}", hint) from None
-    return Number(float(unit_named.factor), unit_named.exponents)
+    return Number(float(unit_named.factor), unit_named.exponents, name)
 
 
 def _multiplied_out(base: Any, exponent: int, apply: Callable[[str, list[Any]], Any]) -> Any:

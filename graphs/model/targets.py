@@ -9,17 +9,19 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import Refusal, did_you_mean
-from proofmass.blocks.declaration.unit_expressions import UnitError, is_unit, unit
-from proofmass.blocks.declaration.units import convert_exactly, split_quantity
+from proofmass.blocks.declaration.unit_expressions import unit
+from proofmass.blocks.declaration.units import convert_exactly, is_quantity, split_quantity, turned
 from proofmass.graphs.formulas.formula import Formula
 from proofmass.graphs.formulas.operations import NUMBER, coherent_unit
 from proofmass.graphs.formulas.tree import dimension_of
+from proofmass.graphs.formulas.turning import ANGLE, TURNS, Turning, turning_of, turning_of_quantity
 from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.measures import MEASURE_TIMES, MEASURES
 from proofmass.graphs.model.rates import simplest
 from proofmass.graphs.model.values import NamedValue, resolved
 
 RATE, DURATION, CLOCK_OFFSET = "rate", "duration", "clock_offset"
+_COUNTED: Mapping[Turning | None, str] = {ANGLE: "rad/s", TURNS: "Hz"}
 OF_MEASURES = f"{MEASURES}."  # the targets of formulas begin so, as "measures.settled.from"
 LARGEST_WHOLE = 2**53  # beyond which floats are not all integers
 
@@ -52,26 +54,25 @@ def number_of(formula: Formula, values: Mapping[str, NamedValue], target: Target
 
 
 def _refuse_turns(formula: Formula, values: Mapping[str, NamedValue], target: str) -> None:
-    """Refuse a quantity alone, or the name of one, of angle where turns are wanted, or the other way round."""
-    name = quantity = _body(formula.text)
-    while quantity in values:
-        quantity = _body(values[quantity].written)
-    try:
-        if not is_unit(split_quantity(quantity)[1] or target):
-            return  # it has operations, and may well convert
-    except UnitError:
+    """Refuse angle where turns are wanted, or the other way round, unless the formula may convert."""
+    if not any(turned(unit, target) for unit in _COUNTED.values()):
         return
-    try:
-        convert_exactly(quantity, target)
-    except UnitError as error:
-        if name == quantity:
-            raise
-        turned = f"{name} / (2 * pi)" if "is angle" in str(error) else f"2 * pi * {name}"
-        raise Refusal(str(error), f'write "= {turned}"') from None
 
+    def turning(name: str) -> Turning | None:
+        value = values[name]
+        if value.formula:
+            return turning_of(value.formula.tree, turning)
+        return turning_of_quantity(value.number, value.dimension, split_quantity(value.written)[1] or "1")
 
-def _body(text: str) -> str:
-    return text.strip().removeprefix("=").strip()
+    told = turned(_COUNTED.get(turning_of(formula.tree, turning), "1"), target)
+    if not told:
+        return
+    body = formula.text.strip().removeprefix("=").strip()
+    if is_quantity(body):
+        convert_exactly(body, target)  # refuses, and says which quantity was meant
+    name = body if body in values else f"({body})"
+    cure = f"{name} / (2 * pi)" if told.startswith("angle") else f"2 * pi * {name}"
+    raise Refusal(f"the formula is {told}", f'write "= {cure}"')
 
 
 def rate_of(formula: Formula, values: Mapping[str, NamedValue]) -> Fraction:

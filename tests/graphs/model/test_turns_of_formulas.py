@@ -14,6 +14,7 @@ measures.m = {{ signal = "s.output", statistic = "tone_amplitude", frequency = "
 w = "100 rad/s"
 f = "25 Hz"
 again = "= w"
+q_factor = 0.5
 [blocks]
 s = {{ kind = "Sine", frequency = "{frequency}" }}
 spin = {{ kind = "Constant", value = "{spin}", unit = "rad/s" }}
@@ -47,9 +48,43 @@ def test_a_quantity_alone_is_not_turned_by_its_formula(key: str, formula: str, c
 
 
 @pytest.mark.parametrize(
+    ("key", "formula", "cure"),
+    [
+        ("frequency", "= w * 1", "(w * 1) / (2 * pi)"),
+        ("frequency", "= sqrt(w^2 + again^2)", "(sqrt(w^2 + again^2)) / (2 * pi)"),
+        ("frequency", "= 2 s * w / 1 s", "(2 s * w / 1 s) / (2 * pi)"),
+        ("rate", "= 16 * again", "(16 * again) / (2 * pi)"),
+        ("tone", "= max(w, 1 / s)", "(max(w, 1 / s)) / (2 * pi)"),
+        ("spin", "= f / 4", "2 * pi * (f / 4)"),
+        ("spin", "= 25 Hz/V * 2 V", "2 * pi * (25 Hz/V * 2 V)"),
+    ],
+)
+@pytest.mark.defect("S996", before='"= w * 1" of 100 rad/s was 100 Hz', after="refused, with what to write")
+def test_whole_numbers_and_sums_do_not_turn(key: str, formula: str, cure: str) -> None:
+    (problem,) = refused(key, formula)
+    assert problem.hint == f'write "= {cure}"'
+    assert refused(key, f"= {cure}") == []
+
+
+@pytest.mark.parametrize("formula", ["= w + 1 Hz", "= hypot(f, w)", "= 1 rad/s - 2 * f"])
+@pytest.mark.defect("S996", before="100 rad/s and 1 Hz made 101 Hz", after="refused: one turn is 2 pi rad")
+def test_a_sum_of_angle_and_turns_is_refused(formula: str) -> None:
+    (problem,) = refused("frequency", formula)
+    assert "a sum takes angle and turns" in problem.message
+
+
+@pytest.mark.parametrize(
     ("key", "formula"),
     [
         ("frequency", "= w / 6.28"),
+        ("frequency", "= w / (360 deg)"),
+        ("frequency", "= f^2 / f + f / q_factor"),
+        ("frequency", "= 1 / 5 ms"),
+        ("frequency", "= f * (1 + 85 ppm)"),
+        ("frequency", "= w * f / w"),
+        ("spin", "= f * 360 deg"),
+        ("spin", "= 2 * pi * f + w"),
+        ("spin", "= 2 * w + 3 deg/s"),
         ("spin", "= 2 * pi * f"),
         ("frequency", "= f"),
         ("spin", "= w"),
