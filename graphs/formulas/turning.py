@@ -11,8 +11,9 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from proofmass.blocks.declaration.problem import Refusal
+from proofmass.blocks.declaration.unit_expressions import unit
 from proofmass.blocks.declaration.units import turning_of_unit
-from proofmass.graphs.formulas.operations import CONSTANTS, NUMBER, Dimension
+from proofmass.graphs.formulas.operations import CONSTANTS, NUMBER, Dimension, coherent_unit
 from proofmass.graphs.formulas.tree import Apply, Name, Number, Raised, Tree, fixed
 
 
@@ -28,14 +29,20 @@ ANGLE, TURNS = STILL._replace(angle=Fraction(1)), STILL._replace(turns=Fraction(
 _ALIKE = ("+", "-", "min", "max", "hypot", "abs", "negative")  # operations whose result counts what their arguments do
 
 
+def counted_unit(turning: Turning | None, dimension: Dimension) -> str:
+    """Return the coherent unit of a dimension, in angle or turns where these are counted a second."""
+    counted = {ANGLE: "rad/s", TURNS: "Hz"}.get(turning or STILL)
+    return counted if counted and dimension == unit("Hz").exponents else coherent_unit(dimension)
+
+
 def turning_of(tree: Tree, of_value: Callable[[str], "Turning | None"]) -> Turning | None:
     """Return the turning of a tree, None where it may convert; raises `Refusal` for a sum of angle and turns.
 
     `of_value` gives that of a named value, and raises `KeyError` for a name that is none.
     """
     match tree:
-        case Number(value, dimension, unit):
-            return turning_of_quantity(value, dimension, unit)
+        case Number(value, dimension, written):
+            return turning_of_quantity(value, dimension, written)
         case Name(name):
             try:
                 return of_value(name)
@@ -48,9 +55,9 @@ def turning_of(tree: Tree, of_value: Callable[[str], "Turning | None"]) -> Turni
             return _applied(operation, known)
 
 
-def turning_of_quantity(value: float, dimension: Dimension, unit: str) -> Turning | None:
+def turning_of_quantity(value: float, dimension: Dimension, written: str) -> Turning | None:
     """Return the turning of a number in coherent units that was written in a unit."""
-    counted = turning_of_unit(unit)
+    counted = turning_of_unit(written)
     if counted is None or (counted == STILL and dimension == NUMBER and not value.is_integer()):
         return None
     return Turning(*map(Fraction, counted))

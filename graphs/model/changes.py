@@ -11,7 +11,6 @@ from proofmass.blocks.declaration.instance import keep_written
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import convert_exactly
 from proofmass.graphs.formulas.formula import Formula, is_formula
-from proofmass.graphs.formulas.operations import coherent_unit
 from proofmass.graphs.model.flatten import inside
 from proofmass.graphs.model.formula_tables import as_written
 from proofmass.graphs.model.graph import AnyGraph, Graph, split
@@ -29,7 +28,7 @@ from proofmass.graphs.model.targets import (
     rate_of,
     target_at,
 )
-from proofmass.graphs.model.values import NamedValue, quantity_of, read_values
+from proofmass.graphs.model.values import NamedValue, read_values, with_number
 
 
 def with_parameters(graph: AnyGraph, changes: Mapping[str, object]) -> AnyGraph:
@@ -209,16 +208,16 @@ def _other_dimension(key: str, value: NamedValue, change: object) -> Iterator[Pr
     """A quantity in place of a value of another dimension."""
     if isinstance(change, str) and not is_formula(change):
         try:
-            convert_exactly(change, coherent_unit(value.dimension))
+            convert_exactly(change, value.coherent_unit)
         except Refusal as error:
-            yield error.problem(key, change, expected=f"a quantity in {coherent_unit(value.dimension)}")
+            yield error.problem(key, change, expected=f"a quantity in {value.coherent_unit}")
 
 
 def _in_coherent_units(change: object, value: NamedValue) -> object:
     """A number in place of a value, which is in coherent units."""
     if isinstance(change, bool) or not isinstance(change, int | float):
         return change
-    return quantity_of(change, value.dimension)
+    return with_number(value, change)
 
 
 def _changed(block: Block, values: dict[str, object]) -> Block:

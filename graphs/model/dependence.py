@@ -13,7 +13,6 @@ from types import MappingProxyType
 from typing import Any
 
 from proofmass.graphs.formulas.formula import Formula, in_unit
-from proofmass.graphs.formulas.operations import coherent_unit
 from proofmass.graphs.formulas.tree import evaluated, plainly, slopes
 from proofmass.graphs.model.flatten import parts, values_of
 from proofmass.graphs.model.graph import Graph, split
@@ -48,7 +47,7 @@ class Dependence:
     def __init__(self, root: Graph) -> None:
         self.root = root
         self.numbers = {name: value.number for name, value in values_of(root).items()}
-        self.units = {name: coherent_unit(value.dimension) for name, value in values_of(root).items()}
+        self.units = {name: value.coherent_unit for name, value in values_of(root).items()}
 
     @cached_property
     def steps(self) -> tuple[FormulaStep, ...]:
@@ -94,7 +93,7 @@ class Dependence:
         paths = {name: path + name for name in part.values}
         for name, value in part.values.items():
             if value.formula is not None:
-                yield self._step(path + name, value.formula, paths, coherent_unit(value.dimension))
+                yield self._step(path + name, value.formula, paths, value.coherent_unit)
         for target, formula in part.formulas.items():
             of_measure = is_of_measure(part, target)
             if of_measure and path:

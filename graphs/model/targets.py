@@ -10,18 +10,17 @@ from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import Refusal, did_you_mean
 from proofmass.blocks.declaration.unit_expressions import unit
-from proofmass.blocks.declaration.units import convert_exactly, is_quantity, split_quantity, turned
+from proofmass.blocks.declaration.units import convert_exactly, is_quantity, turned
 from proofmass.graphs.formulas.formula import Formula
-from proofmass.graphs.formulas.operations import NUMBER, coherent_unit
+from proofmass.graphs.formulas.operations import NUMBER
 from proofmass.graphs.formulas.tree import dimension_of
-from proofmass.graphs.formulas.turning import ANGLE, TURNS, Turning, turning_of, turning_of_quantity
+from proofmass.graphs.formulas.turning import ANGLE, STILL, TURNS, turning_of
 from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.measures import MEASURE_TIMES, MEASURES
 from proofmass.graphs.model.rates import simplest
 from proofmass.graphs.model.values import NamedValue, resolved
 
 RATE, DURATION, CLOCK_OFFSET = "rate", "duration", "clock_offset"
-_COUNTED: Mapping[Turning | None, str] = {ANGLE: "rad/s", TURNS: "Hz"}
 OF_MEASURES = f"{MEASURES}."  # the targets of formulas begin so, as "measures.settled.from"
 LARGEST_WHOLE = 2**53  # beyond which floats are not all integers
 
@@ -55,16 +54,8 @@ def number_of(formula: Formula, values: Mapping[str, NamedValue], target: Target
 
 def _refuse_turns(formula: Formula, values: Mapping[str, NamedValue], target: str) -> None:
     """Refuse angle where turns are wanted, or the other way round, unless the formula may convert."""
-    if not any(turned(unit, target) for unit in _COUNTED.values()):
-        return
-
-    def turning(name: str) -> Turning | None:
-        value = values[name]
-        if value.formula:
-            return turning_of(value.formula.tree, turning)
-        return turning_of_quantity(value.number, value.dimension, split_quantity(value.written)[1] or "1")
-
-    told = turned(_COUNTED.get(turning_of(formula.tree, turning), "1"), target)
+    counted = turning_of(formula.tree, lambda name: values[name].turning)
+    told = turned({ANGLE: "rad/s", TURNS: "Hz"}.get(counted or STILL, "1"), target)
     if not told:
         return
     body = formula.text.strip().removeprefix("=").strip()
@@ -104,7 +95,7 @@ def entry_of(formula: Formula, values: Mapping[str, NamedValue], key: str) -> An
     hertz = value.dimension == unit("Hz").exponents
     if hertz:
         _refuse_turns(formula, values, "Hz")
-    return f"{value.number!r} {'Hz' if hertz else coherent_unit(value.dimension)}"
+    return f"{value.number!r} {'Hz' if hertz else value.coherent_unit}"
 
 
 def _exactly(formula: Formula, values: Mapping[str, NamedValue], unit: str) -> Fraction:
@@ -125,7 +116,7 @@ def target_at(graph: Graph, signal: str) -> Target:
             return Target("Hz", rate=True)
         return parameter_target(graph.blocks[name], entry)
     if signal in graph.values:
-        return Target(coherent_unit(graph.values[signal].dimension))
+        return Target(graph.values[signal].coherent_unit)
     head, _, tail = signal.partition(".")
     if head not in graph.subgraphs or not tail:
         names = [*graph.blocks, *graph.subgraphs]

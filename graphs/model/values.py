@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from graphlib import CycleError, TopologicalSorter
 
 from proofmass.blocks.declaration.problem import Problem, Refusal, problems_of_table, shown
@@ -11,6 +11,7 @@ from proofmass.blocks.declaration.units import convert_exactly, split_quantity
 from proofmass.graphs.formulas.formula import Formula, in_unit, is_formula
 from proofmass.graphs.formulas.operations import CONSTANTS, FUNCTIONS, Dimension, coherent_unit
 from proofmass.graphs.formulas.tree import dimension_of
+from proofmass.graphs.formulas.turning import Turning, counted_unit, turning_of, turning_of_quantity
 from proofmass.graphs.model.limits import EXPECTED_NAME, NAME
 
 MOST_VALUES = 1000
@@ -29,6 +30,12 @@ class NamedValue:
     written: str  # "50 ug", "0.5", "= 2 * pi * f0"
     number: float
     dimension: Dimension
+    turning: Turning | None  # whether it counts angle or turns; None of a formula that may convert
+
+    @property
+    def coherent_unit(self) -> str:
+        """The coherent unit of its number: Hz or rad/s where it is written so, or follows from what is."""
+        return counted_unit(self.turning, self.dimension)
 
     @property
     def formula(self) -> Formula | None:
@@ -38,7 +45,7 @@ class NamedValue:
     @property
     def unit(self) -> str:
         """The unit that it was written in, or a coherent one for a formula."""
-        return coherent_unit(self.dimension) if is_formula(self.written) else split_quantity(self.written)[1] or "1"
+        return self.coherent_unit if is_formula(self.written) else split_quantity(self.written)[1] or "1"
 
     def text(self) -> str:
         """Return number and unit, to six digits."""
@@ -46,10 +53,10 @@ class NamedValue:
         return f"{in_unit(self.number, own):.6g}" + (f" {own}" if own != "1" else "")
 
 
-def quantity_of(number: float, dimension: Dimension) -> NamedValue:
-    """Return a value of a number in coherent SI units."""
-    own = coherent_unit(dimension)
-    return NamedValue(repr(float(number)) + (f" {own}" if own != "1" else ""), float(number), dimension)
+def with_number(value: NamedValue, number: float) -> NamedValue:
+    """Return a value with another number, in coherent SI units."""
+    own = value.coherent_unit
+    return replace(value, written=repr(float(number)) + (f" {own}" if own != "1" else ""), number=float(number))
 
 
 def read_values(table: object, taken: Mapping[str, str]) -> tuple[dict[str, NamedValue], list[Problem]]:
@@ -104,7 +111,9 @@ def read_quantity(entry: object) -> NamedValue:
         number = float(convert_exactly(text, coherent_unit(parsed.exponents)))
     except OverflowError:
         raise Refusal("is too large for a number") from None
-    return NamedValue(text.strip(), number, parsed.exponents)
+    return NamedValue(
+        text.strip(), number, parsed.exponents, turning_of_quantity(number, parsed.exponents, name or "1")
+    )
 
 
 def _resolve(formulas: Mapping[str, Formula], read: dict[str, NamedValue], unknown: set[str]) -> Iterator[Problem]:
@@ -146,4 +155,6 @@ def circles_and_order(formulas: Mapping[str, Formula]) -> tuple[list[list[str]],
 def resolved(formula: Formula, values: Mapping[str, NamedValue]) -> NamedValue:
     """Return the value that a formula gives; raises `Refusal`."""
     dimension = dimension_of(formula.tree, {name: value.dimension for name, value in values.items()})
-    return NamedValue(formula.text, formula.number({name: value.number for name, value in values.items()}), dimension)
+    turning = turning_of(formula.tree, lambda name: values[name].turning)
+    number = formula.number({name: value.number for name, value in values.items()})
+    return NamedValue(formula.text, number, dimension, turning)

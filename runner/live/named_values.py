@@ -13,7 +13,6 @@ from typing import Any
 from proofmass.blocks.declaration.problem import Refusal
 from proofmass.blocks.declaration.unit_expressions import unit
 from proofmass.graphs.formulas.formula import Formula
-from proofmass.graphs.formulas.operations import coherent_unit
 from proofmass.graphs.formulas.tree import Apply, Name, Number, Raised, Tree, fixed
 from proofmass.graphs.model.digraph import with_following
 from proofmass.graphs.model.flatten import inside, parts, values_of
@@ -65,7 +64,7 @@ def named_values(graph: Graph, moving: Mapping[Endpoint, Slider]) -> NamedValues
         movable = all(steps[target].exact and (target in values or split(target) in moving) for target in followers)
         about = "Named value" + (f"; {', '.join(sorted(followers))} follow." if followers else ".")
         if followers and movable:
-            facts = *place, coherent_unit(value.dimension), about, value.number
+            facts = *place, value.coherent_unit, about, value.number
             ends = range_of(value.number, None, None, 1.0)
             named.sliders.append(Slider(*facts, *ends, named=True, written=value.written))
         else:

@@ -2,7 +2,9 @@
 
 import pytest
 
-from proofmass.blocks.declaration.problem import Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.graphs.studies.study_reader import read_study_text
 from tests.by_hand.graph_texts import problems_of
 
 TURNING = """\
@@ -93,3 +95,37 @@ def test_a_sum_of_angle_and_turns_is_refused(formula: str) -> None:
 )
 def test_formulas_that_may_turn_are_taken(key: str, formula: str) -> None:
     assert refused(key, formula) == []
+
+
+WITHIN = """\
+name = "within"
+rate = "1 kHz"
+samples = 3
+measures.top = {{ signal = "part.s.output", statistic = "max" }}
+[values]
+w = "100 rad/s"
+[blocks.part]
+values = {{ f = "1 Hz" }}
+blocks.s = {{ kind = "Sine", frequency = "= f" }}
+[formulas]
+"part.f" = "{formula}"
+[study]
+runs = 2
+spread = {{ "part.f" = {{ normal = "{width}" }} }}
+"""
+
+
+@pytest.mark.defect("S997", before="100 rad/s went into a part as 100 1/s, and was 100 Hz there", after="refused")
+def test_a_value_of_a_part_is_not_turned() -> None:
+    (problem,) = problems_of(WITHIN.format(formula="= w", width="1 Hz"))
+    assert problem.hint == 'write "= w / (2 * pi)"'
+    graph = read_graph_text(WITHIN.format(formula="= w / (2 * pi)", width="1 Hz"))
+    assert graph.subgraphs["part"].blocks["s"].frequency == pytest.approx(100.0 / 6.283185307179586)  # type: ignore[attr-defined]
+    with pytest.raises(ModelError, match="rad/s is angle, not turns a second"):
+        graph.with_parameters({"part.f": "100 rad/s"})
+
+
+@pytest.mark.defect("S997", before="a width of 1 rad/s was 1 Hz", after="refused, with the width in Hz")
+def test_the_spread_of_a_value_is_not_turned() -> None:
+    with pytest.raises(ModelError, match=r'write "0.1591549431 Hz"'):
+        read_study_text(WITHIN.format(formula="= w / (2 * pi)", width="1 rad/s"))
