@@ -4,6 +4,7 @@ import dataclasses
 import json
 import math
 from collections.abc import Iterable, Mapping
+from decimal import ROUND_CEILING, Context, Decimal
 from fractions import Fraction
 from functools import cache
 from html import escape
@@ -62,13 +63,23 @@ def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) 
         "units": {name: scales_of(name) for name in sorted(units)},
         "options": _method_options(graph, plan),
         "order": [probe.signal for probe in graph.probes],
-        "duration": write_seconds(graph.duration) if usual and graph.duration is not None else "",
+        "duration": _duration(graph if usual else None, plan, ticks),
         "blocks": blocks_of(plan),
         "kinds": {type(block).__name__: about(type(block)) for block in plan.blocks.values()},
         "spelled": _spelled([("s", "s"), *sorted({(slider.shown_in, slider.unit) for slider in every})]),
         "loops": loop_names(plan),
         "required": required_measures(plan.graph),
     }
+
+
+def _duration(graph: Graph | None, plan: Plan, ticks: int | None) -> str:
+    """Return the length of the run as the graph has it, or as a decimal that is no tick shorter."""
+    text = "/" if graph is None or graph.duration is None else write_seconds(graph.duration)
+    if "/" not in text:
+        return text
+    seconds = ((plan.ticks() if ticks is None else ticks) - 1) / plan.schedule.base_rate
+    decimals = Context(prec=12, rounding=ROUND_CEILING)
+    return f"{decimals.divide(Decimal(seconds.numerator), Decimal(seconds.denominator)):f}"
 
 
 def blocks_of(plan: Plan) -> dict[str, dict[str, Any]]:

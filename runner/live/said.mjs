@@ -33,8 +33,3 @@ export function ticksIn({ ticks, wanted, fault, milliseconds }) {
   return `${ticks.toLocaleString("en")} ticks in ${Number(milliseconds.toPrecision(3))} ms${short}`;
 }
 
-/** The duration that a graph has, as its file has it. @param {import("./view.mjs").Model} model */
-export function durationOf(model) {
-  const [top, bottom] = model.loop.rate;
-  return model.duration || String(Number((((model.ticks - 1) * bottom) / top).toPrecision(12)));
-}

@@ -9,12 +9,13 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypeGuard
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
 from proofmass.blocks.declaration.spelled_units import decimal_in
 from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.flatten import parts
 from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.rates import read_duration
 from proofmass.runner.live.long_run import Tell, long_run
 from proofmass.runner.live.model import live_model
 from proofmass.runner.live.saving import Saving
@@ -190,7 +191,7 @@ class Session:
         return True
 
     def answer(self, question: str, data: object) -> dict[str, Any] | None:
-        """The answer of a tab, or the verdicts, for changed parameters; None if the question is malformed."""
+        """The answer of a tab, or the verdicts, for the run as a window has it; None if the question is malformed."""
         state = read_state(data)
         if state is None or self._graph is None or question not in (*TABS, _VERDICTS):
             return None
@@ -198,12 +199,14 @@ class Session:
         with self._judging if question == _VERDICTS and not thorough else self._computing:
             try:
                 graph = with_parameters(self._graph, state["values"]) if state["values"] else self._graph
+                length = read_duration(state["duration"])
+                graph = graph.changed(seed=int(state["seed"]), duration=length, samples=None)
                 if question == _VERDICTS:
                     return verdicts(graph, thorough)._asdict()
                 return TABS[question](graph)._asdict()
             except ModelError as error:
                 return {"problems": [problem.as_data() for problem in error.problems]}
-            except RunError as error:
+            except (RunError, Refusal) as error:
                 return {"problems": [Problem(message=str(error)).as_data()]}
 
     def save(self, data: object) -> dict[str, Any] | None:

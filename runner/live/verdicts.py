@@ -54,18 +54,16 @@ def loop_names(planned: Plan) -> list[str]:
 def verdicts(graph: Graph, thorough: bool) -> Verdicts:
     """Return what is known of each loop, its limits and each requirement that needs an analysis.
 
-    Loops are judged at the start, which takes some 50 ms. What is not stable there may be so later:
-    only a thorough answer looks for other operating points, and asks the requirements. `met` is
-    None where there is no answer.
+    Loops are judged at the start, which takes some 50 ms. They may be others later: only a thorough
+    answer is about the operating point that `proofmass margins` takes, and asks the requirements.
+    `met` is None where there is no answer.
     """
     planned = plan(graph)
     names = loop_names(planned)
     loops = list(_of_loops(planned, thorough)) if names else []
-    unsure = any(one["met"] is not True for one in loops if one["id"] in names)
     required = any(not _is_of_a_run(planned.graph, one) for one in graph.requirements.values())
     rest = list(_of_requirements(graph, planned)) if thorough and required else []
-    more = not thorough and (required or unsure)
-    return Verdicts([*loops, *rest], more)
+    return Verdicts([*loops, *rest], not thorough and (required or bool(names)))
 
 
 def _of_loops(planned: Plan, thorough: bool) -> Iterator[dict[str, Any]]:
@@ -74,11 +72,8 @@ def _of_loops(planned: Plan, thorough: bool) -> Iterator[dict[str, Any]]:
     from proofmass.runner.analysis.margins.margins import Margins
     from proofmass.runner.analysis.margins.stability import margins_or_reasons
 
-    start = margins_or_reasons(OperatingPoints(planned, _START))
-    settled = all(isinstance(answer, Margins) and answer.stable for answer in start.values())
-    later = margins_or_reasons(OperatingPoints(planned, AUTO), over=True) if thorough and not settled else {}
-    for name, first in start.items():
-        answer = later.get(name, first)
+    points = OperatingPoints(planned, AUTO if thorough else _START)
+    for name, answer in margins_or_reasons(points, over=thorough).items():
         if not isinstance(answer, Margins):
             yield {"id": name, "met": None, "value": "no verdict", "why": _why(answer)}
             continue
@@ -88,10 +83,11 @@ def _of_loops(planned: Plan, thorough: bool) -> Iterator[dict[str, Any]]:
         value = ", ".join([answer.verdict, *(texts if answer.stable else ())])
         if told:
             value = f"{told}: {value}"
-        elif not answer.stable and not thorough:
+        elif not thorough:
             value += " at the start"
+        about = "; ".join([f"Opened at {answer.open_at}", *answer.system.map.notes])
         met = {"stable": True, "unstable": False}.get(answer.verdict)
-        yield {"id": name, "met": met, "value": value, "why": f"Opened at {answer.open_at}."}
+        yield {"id": name, "met": met, "value": value, "why": about}
         yield from _limits_of(planned, name, answer)
 
 

@@ -12,7 +12,7 @@ import { plot } from "./plotted.mjs";
 import { Picked } from "./picked.mjs";
 import { arrange, takeIn } from "./places.mjs";
 import { ticksOf } from "./quantities.mjs";
-import { command, copy, durationOf, ticksIn, toml } from "./said.mjs";
+import { command, copy, ticksIn, toml } from "./said.mjs";
 import { SEEDS, Seeds } from "./seeds.mjs";
 import { Strip } from "./strip.mjs";
 import { parametersOf } from "./values.mjs";
@@ -115,7 +115,7 @@ export class View {
     this.model = model;
     const own = new Map(sliders.map((slider) => [nameOf(slider), slider.value]));
     const kept = Object.entries(this.state.values).filter(([name, value]) => (own.get(name) ?? value) !== value);
-    const duration = (old && this.state.duration !== durationOf(old)) ? this.state.duration : durationOf(model);
+    const duration = (old && this.state.duration !== old.duration) ? this.state.duration : model.duration;
     const seed = old && this.state.seed !== old.seed ? this.state.seed : model.seed;
     this.state = { values: Object.fromEntries(kept), seed, duration };
     const asked = decodeURIComponent(location.hash.slice(1)); // report.html#controller
@@ -218,7 +218,7 @@ export class View {
   reset() {
     if (!this.model) return;
     this.zoom = null;
-    this.change({ values: {}, seed: this.model.seed, duration: durationOf(this.model) });
+    this.change({ values: {}, seed: this.model.seed, duration: this.model.duration });
     this.show();
   }
 
