@@ -19,8 +19,8 @@ _SIMPLE_BRACKET = re.compile(r"(?<!\w)\((\w+)\)")  # not that of sqrt(Hz)
 _FACTOR_OF_ONE = re.compile(r"(?<![\w.^-])1\*|[*/]1(?![\w.^])")
 _ANGLE = re.compile(r"(?<![A-Za-zµμ])[A-Za-zµμ]{0,2}rad(?![A-Za-z])|(?<![A-Za-z])deg(?![A-Za-z])|°")
 _TURNS = re.compile(r"(?<![A-Za-zµμ])[A-Za-zµμ]{0,2}Hz(?![A-Za-z])")
-_TURN, _HUGE = Fraction(2.0 * math.pi), 10**300  # rad, and what is told in digits no more
 _HERTZ, _RADIANS = re.compile(r"Hz(/|$)"), re.compile(r"rad/s(/|$)")
+_TURN, _HUGE = Fraction(2.0 * math.pi), 10**300  # rad, and what is told in digits no more
 _QUANTITY = re.compile(
     r"\s*(?P<number>[+-]?(?:[0-9][0-9_]*\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?(?:/[0-9]+)?)\s*(?P<unit>.*?)\s*"
 )
@@ -91,7 +91,8 @@ def convert_exactly(text: str, target: str) -> Fraction:
 
 def convertible(first: str, second: str) -> bool:
     """Return whether numbers in the first unit can be told in the second: of one dimension, not angle for turns."""
-    return same_dimension(first, second) and not turned(first, second)
+    counted = {turning_of_unit(short_unit(first)), turning_of_unit(short_unit(second))}
+    return same_dimension(first, second) and counted != {(1, 0), (0, 1)} and not turned(first, second)
 
 
 def turned(one: str, wanted: str) -> str:

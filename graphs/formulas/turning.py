@@ -58,7 +58,7 @@ def turning_of(tree: Tree, of_value: Callable[[str], "Turning | None"]) -> Turni
 def turning_of_quantity(value: float, dimension: Dimension, written: str) -> Turning | None:
     """Return the turning of a number in coherent units that was written in a unit."""
     counted = turning_of_unit(written)
-    if counted is None or (counted == STILL and dimension == NUMBER and not value.is_integer()):
+    if counted is None or (not any(counted) and dimension == NUMBER and not value.is_integer()):
         return None
     return Turning(*map(Fraction, counted))
 

@@ -1,5 +1,6 @@
 """Measures of measures: `scale_factor = "= (plus - minus) / 2"`, with units as in all formulas."""
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -8,8 +9,9 @@ from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import Problem, Refusal, problems_of_table, shown
 from proofmass.blocks.declaration.unit_expressions import unit
 from proofmass.graphs.formulas.formula import Formula
-from proofmass.graphs.formulas.operations import Dimension, coherent_unit
+from proofmass.graphs.formulas.operations import Dimension
 from proofmass.graphs.formulas.tree import dimension_of, evaluated, plainly
+from proofmass.graphs.formulas.turning import counted_unit, turning_of, turning_of_quantity
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.measures import MEASURES, bad_display_unit
 from proofmass.graphs.model.names import Missing, find_output
@@ -68,6 +70,7 @@ def _derived(flat: FlatGraph, units: Mapping[str, str]) -> Iterator[Derived | Pr
     formulas = flat.root.derived
     dimensions = {name: unit(text).exponents for name, text in units.items()}
     factors = {name: float(unit(text).factor) for name, text in units.items()}
+    turnings = {name: turning_of_quantity(math.nan, dimensions[name], text) for name, text in units.items()}
     unknown = (flat.measures.keys() | formulas.keys()) - dimensions.keys()
     circles, order = circles_and_order(formulas)
     for chain in circles:
@@ -79,10 +82,11 @@ def _derived(flat: FlatGraph, units: Mapping[str, str]) -> Iterator[Derived | Pr
             continue  # the problem is reported at the measure
         try:
             dimension = _dimension(flat, formula, dimensions)
+            turnings[name] = turning_of(formula.tree, turnings.__getitem__)
         except Refusal as error:
             yield _problem(str(error), name, got=shown(formula.text), hint=error.hint)
             continue
-        own = coherent_unit(dimension)
+        own = counted_unit(turnings[name], dimension)
         yield from bad_display_unit(formula.unit, own, f"{MEASURES}.{name}.unit", (MEASURES, name, "unit"))
         yield Derived(name, formula, own, {n: factors[n] for n in formula.names if n in factors})
         unknown = unknown - {name}

@@ -129,3 +129,44 @@ def test_a_value_of_a_part_is_not_turned() -> None:
 def test_the_spread_of_a_value_is_not_turned() -> None:
     with pytest.raises(ModelError, match=r'write "0.1591549431 Hz"'):
         read_study_text(WITHIN.format(formula="= w / (2 * pi)", width="1 rad/s"))
+
+
+SHOWN = """\
+rate = "1 kHz"
+samples = 3
+wires = ["spin.output -> gyroscope.input", "beat.output -> counter.input"]
+probes = ["gyroscope.output"]
+[measures]
+rate = {{ signal = "gyroscope.output", statistic = "last", unit = "{rate}" }}
+tone = {{ signal = "counter.output", statistic = "last", unit = "{tone}" }}
+made = {{ formula = "{formula}", unit = "{made}" }}
+[blocks]
+spin = {{ kind = "Constant", value = "1 deg/s", unit = "rad/s" }}
+beat = {{ kind = "Constant", value = "1 Hz", unit = "Hz" }}
+gyroscope = {{ kind = "UnitDelay", unit = "rad/s" }}
+counter = {{ kind = "UnitDelay", unit = "Hz" }}
+"""
+SHOWN_RIGHT = {"rate": "deg/h", "tone": "kHz", "formula": "= rate - rate / 2", "made": "deg/s"}
+
+
+@pytest.mark.parametrize(("key", "unit"), [("rate", "kHz"), ("tone", "deg/s"), ("tone", "mrad/s")])
+@pytest.mark.defect("S1001", before="1 Hz shown as 57.3 deg/s, which is 360", after="refused")
+def test_what_is_measured_is_not_turned_where_it_is_shown(key: str, unit: str) -> None:
+    assert problems_of(SHOWN.format(**SHOWN_RIGHT)) == []
+    (problem,) = problems_of(SHOWN.format(**{**SHOWN_RIGHT, key: unit}))
+    assert f"cannot be shown in {unit}" in problem.message
+
+
+@pytest.mark.parametrize(
+    ("formula", "made", "words"),
+    [
+        ("= 2 * tone", "deg/s", "cannot be shown in deg/s"),
+        ("= rate * 2", "Hz", "cannot be shown in Hz"),
+        ("= tone + rate", "Hz", "a sum takes angle and turns"),
+    ],
+)
+@pytest.mark.defect("S1002", before="1 deg/s and 1 Hz made 1.017 Hz", after="refused")
+def test_a_measure_of_measures_is_not_turned(formula: str, made: str, words: str) -> None:
+    (problem,) = problems_of(SHOWN.format(**{**SHOWN_RIGHT, "formula": formula, "made": made}))
+    assert words in problem.message
+    assert problems_of(SHOWN.format(**{**SHOWN_RIGHT, "formula": "= rate / (2 * pi) + tone", "made": "Hz"})) == []
