@@ -70,7 +70,7 @@ def test_a_probe_and_a_measure_are_shown_in_their_units_and_kept_in_those_of_the
     assert result.measures["drift"].unit == "rad/s"
     assert f"twice = {2 * drift:.6g} °/h: = 2 * drift" in text
     data = result.measures["twice"].as_data()
-    assert (data["unit"], data["shown_in"]) == ("1/s", "deg/h")
+    assert (data["unit"], data["shown_in"]) == ("rad/s", "deg/h")
     assert data["value"] == pytest.approx(2 * math.radians(drift) / 3600.0, rel=1e-12)
     labels = [axes.get_ylabel() for axes in plot_traces(result).axes]
     assert labels == ["rate.output [°/h]", "lag.output [µrad/s]"]
@@ -84,7 +84,7 @@ def test_a_unit_of_another_kind_is_refused_and_one_that_is_none() -> None:
     first, second, third = check(graph_of(TEXT.replace("deg/h", "deg").replace('"15 deg"', "0")))
     assert (first.key, first.message) == ("probes: rate.output", "cannot be shown in deg: it is in rad/s")
     assert (second.key, second.message) == ("measures.drift.unit", "cannot be shown in deg: it is in rad/s")
-    assert (third.key, third.message) == ("measures.twice.unit", "cannot be shown in deg: it is in 1/s")
+    assert (third.key, third.message) == ("measures.twice.unit", "cannot be shown in deg: it is in rad/s")
     with pytest.raises(ModelError) as refused:
         graph_of(TEXT.replace('unit = "deg/h"', 'unit = "dgee/h"'))
     assert [problem.message for problem in refused.value.problems] == ["unknown unit 'dgee'"] * 3
