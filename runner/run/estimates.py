@@ -12,14 +12,15 @@ _INTERPRETED_PRODUCT = 0.1e-6  # the same per product of a matrix
 _ARRAY_PRODUCT = 2e-9  # the same where NumPy multiplies large matrices
 _PRODUCTS = 30.0  # products of matrices in an exponential, about
 _INTERPRETED_INTEGER = 0.4e-6  # for an integer operation, which runs in `FixedValue`
-_OPTIMISED_GAIN = 300.0  # time of plain Python per time of compiling, below which optimising does not pay: 500 to 7,000
+_OPTIMISING_FUNCTION = 5e-3  # seconds that optimising machine code takes for each function, and more
+_UNOPTIMISED_FUNCTION = 7e-9  # seconds more per function and tick without it, as of graphs of the library
+_UNOPTIMISED_NUMBER = 1e-9  # the same per entry of a buffer or product of a group
 
 
 def interpreting_seconds(planned: Plan, ticks: int) -> float:
     """Estimate the seconds that a run takes in plain Python."""
-    entries = sum(len(held) for node, held in planned.buffers.items() if node not in planned.recorded)
     integers = sum(len(s.code.live) for block in planned.digital.values() for s in block.steps.values())
-    tick = len(planned.schedule.order) * _INTERPRETED_STEP + entries * _INTERPRETED_ENTRY
+    tick = len(planned.schedule.order) * _INTERPRETED_STEP + _entries(planned) * _INTERPRETED_ENTRY
     tick += integers * _INTERPRETED_INTEGER
     return ticks * (tick + sum(map(_interpreted, planned.solvers))) + sum(map(_assembled, planned.solvers))
 
@@ -30,17 +31,31 @@ def compiling_seconds(planned: Plan) -> float:
 
 
 def is_short(planned: Plan, ticks: int) -> bool:
-    """Return whether machine code of some ticks takes less time to run than to optimise."""
-    return interpreting_seconds(planned, ticks) < _OPTIMISED_GAIN * compiling_seconds(planned)
+    """Return whether some ticks of machine code take less time than optimising it gains."""
+    functions, numbers = len(planned.schedule.order), _entries(planned) + sum(map(_products, planned.solvers))
+    more = functions * _UNOPTIMISED_FUNCTION + numbers * _UNOPTIMISED_NUMBER
+    return ticks * more < functions * _OPTIMISING_FUNCTION
+
+
+def _entries(planned: Plan) -> int:
+    """Count the entries of the buffers that a tick may look at."""
+    return sum(len(held) for node, held in planned.buffers.items() if node not in planned.recorded)
+
+
+def _products(solver: Solver) -> int:
+    """Count the products of an exact group in a tick, about, or what the steps of another one call."""
+    n, m = len(solver.group.states), len(solver.group.inputs)
+    if solver.exact:
+        return n * (n + m)
+    calls = {"runge_kutta_4": 4, "dormand_prince": 7}.get(solver.method, 20 + n)
+    return solver.substeps * calls * _functions(solver)
 
 
 def _interpreted(solver: Solver) -> float:
     """Seconds that a group takes for a tick in plain Python, about."""
-    n, m = len(solver.group.states), len(solver.group.inputs)
     if solver.exact:
-        return n * (n + m) * _INTERPRETED_PRODUCT + (_assembled(solver) if solver.renewed else 0.0)
-    calls = {"runge_kutta_4": 4, "dormand_prince": 7}.get(solver.method, 20 + n)
-    return solver.substeps * calls * _instant(solver)
+        return _products(solver) * _INTERPRETED_PRODUCT + (_assembled(solver) if solver.renewed else 0.0)
+    return _products(solver) * _INTERPRETED_STEP
 
 
 def _assembled(solver: Solver) -> float:
@@ -49,9 +64,9 @@ def _assembled(solver: Solver) -> float:
         return 0.0
     columns = len(solver.group.states) + len(solver.group.inputs)
     product = _INTERPRETED_PRODUCT if columns <= MANY_COLUMNS else _ARRAY_PRODUCT
-    return columns * _instant(solver) + _PRODUCTS * columns**3 * product
+    return columns * _functions(solver) * _INTERPRETED_STEP + _PRODUCTS * columns**3 * product
 
 
-def _instant(solver: Solver) -> float:
+def _functions(solver: Solver) -> int:
     group = solver.group
-    return (len(group.states) + len(group.blocks) + len(group.nodes)) * _INTERPRETED_STEP
+    return len(group.states) + len(group.blocks) + len(group.nodes)

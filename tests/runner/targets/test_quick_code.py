@@ -67,10 +67,10 @@ def test_a_long_run_is_optimised_and_short_ones_take_what_it_leaves(cache: Path)
 
 
 def test_how_long_short_is() -> None:
-    """A tick of this loop takes 24 us in plain Python: optimising pays from three million ticks on."""
+    """Optimising gains 23 ns a tick of this loop for 97 ms, measured: it pays from four million ticks on."""
     planned = plan(read_graph(ACCELEROMETER))
-    assert is_short(planned, 100_000)
-    assert not is_short(planned, 3_000_000)
+    assert is_short(planned, 500_000)
+    assert not is_short(planned, 4_000_000)
 
 
 def test_like_parts_of_a_plan_share_their_machine_code() -> None:
