@@ -247,7 +247,12 @@ def block_values(plan: Plan, name: str) -> dict[Given, Any]:
 def module_of(written: TickLoop, quick: bool = False) -> LlvmModule:
     """Return the loop of one run as LLVM is given it; a `quick` one is not optimised, unless it has been before."""
     module = LlvmModule.of(written.program, settings(written))
-    return module.compiled_by(QUICK) if quick and not is_cached(module.key) else module
+    return in_little_time(module) if quick else module
+
+
+def in_little_time(module: LlvmModule) -> LlvmModule:
+    """Return a module as it is compiled if it does not run for long: as it is, if that has been done before."""
+    return module if is_cached(module.key) else module.compiled_by(QUICK)
 
 
 def already_compiled(plan: Plan, quick: bool) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable, Sequence
 from collections.abc import Set as AbstractSet
 from contextlib import suppress
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +22,7 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.reference.part import PartInterpreter
 from proofmass.runner.run.engines import choose, make_engine
+from proofmass.runner.run.estimates import is_short
 from proofmass.runner.run.faults import failed, name_fault
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 
 
 INTERPRETED = 1.5  # seconds of plain Python, after which the loop is compiled
+_RUNS = 20  # as long as one, of an analysis, about
 _CHUNK = 0.05  # seconds from one report of progress to the next
 _AWAY, _FROM_ZERO = 1.001, 1e-6  # factor and offset of held signals that nothing moves
 _FEW = 64  # ticks that plain Python follows in dual numbers
@@ -51,7 +53,7 @@ class Forward:
     ) -> None:
         self._plan, self.progress, self._code = replace(plan, probes=()), progress, code or MachineCode(plan)
         begin = memory or start(plan)
-        self._engine = self._code.run(self._plan, begin) if self._code.known else self._python(begin)
+        self._engine = self._code.run(self._plan, begin, 0) if self._code.known else self._python(begin)
         self.tick, self._spent, self._chunk = begin.tick, 0.0, 16
         self._asked = 0  # ticks for which an engine was chosen
 
@@ -66,10 +68,10 @@ class Forward:
 
     def reach(self, last: int, of: int = 0) -> Engine:
         """Run to the start of the tick `last` and return the engine there; raises `ModelError` if a tick fails."""
-        if self._engine.name == "python" and last - self.tick > self._asked:
+        if last - self.tick > self._asked:
             self._asked = last - self.tick  # asking costs as much as some ticks, too much for each of many short parts
-            if self._code.pays(self._asked):
-                self.compile()
+            if self._code.pays(self._asked) if self._engine.name == "python" else self._code.is_outgrown(self._asked):
+                self.compile(self._asked)
         while self.tick < last:
             if self.progress:
                 self.progress(self.tick, max(of, last))
@@ -90,13 +92,13 @@ class Forward:
             self._spent += seconds
             left = seconds / (self.tick - first) * (max(of, last) - self.tick)
             if self._engine.name == "python" and self._spent > INTERPRETED < left:
-                self.compile()
+                self.compile(max(of, last) - self.tick)
         return self._engine
 
-    def compile(self) -> None:
-        """Go on in machine code, if the plan can."""
+    def compile(self, ticks: int) -> None:
+        """Go on for some ticks in machine code, if the plan can."""
         if choose(self._plan, LARGEST_RUN, "auto") == "compiled":  # not with values beyond 64 bits
-            self._engine = self._code.run(self._plan, self._engine.memory())
+            self._engine = self._code.run(self._plan, self._engine.memory(), ticks)
 
     def _python(self, memory: Memory) -> Engine:
         return make_engine(self._plan, "python", self._plan.graph.seed, 0, memory, memory.tick)
@@ -108,6 +110,7 @@ class MachineCode:
     def __init__(self, plan: Plan) -> None:
         self._plan = replace(plan, probes=())
         self.known: CompiledPlan | None = None
+        self._quick = False  # it is not optimised
 
     @cached_property
     def _text(self) -> "tuple[TickLoop, LlvmModule]":
@@ -118,25 +121,39 @@ class MachineCode:
         written = write_tick(self._plan)
         return written, module_of(written)
 
+    def is_outgrown(self, ticks: int) -> bool:
+        """Return whether the code was made for less than some ticks."""
+        return self._quick and not is_short(self._plan, _RUNS * ticks)
+
+    def _module(self, ticks: int) -> "LlvmModule":
+        """Return what is compiled for runs of so many ticks."""
+        # start-up time: short runs need no compiler
+        from proofmass.runner.targets.native import in_little_time
+
+        _, module = self._text
+        return in_little_time(module) if is_short(self._plan, _RUNS * ticks) else module
+
     def pays(self, ticks: int) -> bool:
         """Return whether some ticks are to be run in machine code: it is there, or plain Python would take longer."""
-        return self.known is not None or choose(self._plan, ticks, "auto", self._is_cached) == "compiled"
+        cached = partial(self._is_cached, ticks)
+        return self.known is not None or choose(self._plan, ticks, "auto", cached) == "compiled"
 
-    def _is_cached(self) -> bool:
+    def _is_cached(self, ticks: int) -> bool:
         # start-up time: short runs need no compiler
         from proofmass.runner.targets.machine_code import is_cached
 
-        return is_cached(self._text[1].key)
+        return is_cached(self._module(ticks).key)
 
-    def run(self, plan: Plan, memory: Memory) -> "CompiledLoop":
-        """Return a run from a memory on."""
+    def run(self, plan: Plan, memory: Memory, ticks: int) -> "CompiledLoop":
+        """Return a run from a memory on, of some ticks."""
         # start-up time: short runs need no compiler
-        from proofmass.runner.targets.machine_code import load_module
+        from proofmass.runner.targets.machine_code import QUICK, load_module
         from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 
-        if self.known is None:
-            written, module = self._text
-            self.known = CompiledPlan(self._plan, written, load_module(module))
+        if self.known is None or self.is_outgrown(ticks):
+            module = self._module(ticks)
+            self.known = CompiledPlan(self._plan, self._text[0], load_module(module))
+            self._quick = module.settings == QUICK
         return CompiledLoop(plan, plan.graph.seed, 0, memory, self.known)
 
 
@@ -229,13 +246,13 @@ class Course:
         """Return a run in machine code from a memory on, if there is such code, or some ticks are worth making it."""
         if not self._code.pays(ticks):
             return None
-        return self._code.run(replace(self.plan, probes=()), memory.copy())
+        return self._code.run(replace(self.plan, probes=()), memory.copy(), ticks)
 
     def part_in_code(self, memory: Memory, ticks: int, blocks: AbstractSet[str]) -> "CompiledLoop | None":
         """Return such a run of some blocks alone, which depend on no others."""
         part, key = self.plan.part(blocks), frozenset(blocks)
         code = (self.like or self)._parts.setdefault(key, MachineCode(part))
-        return code.run(part, memory.copy()) if code.pays(ticks) else None
+        return code.run(part, memory.copy(), ticks) if code.pays(ticks) else None
 
     def from_memory(self, memory: Memory | None) -> Forward:
         """Return a run from a memory on, or from tick 0."""

@@ -19,9 +19,9 @@ def test_a_plan_is_written_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tick, "write_tick", lambda *of: written.append(of) or write(*of))
     code = MachineCode(planned)
     assert code.pays(100_000)
-    code.run(planned, start(planned))
+    code.run(planned, start(planned), 10)
     assert code.pays(1)
-    code.run(planned, start(planned))
+    code.run(planned, start(planned), 10)
     assert len(written) == 1
 
 
@@ -52,3 +52,14 @@ def test_sources_alone_say_what_they_say_in_the_whole() -> None:
     said = part.wires(nodes, 3_000)
     assert np.ptp(said, axis=0).any()
     np.testing.assert_array_equal(said, whole.wires(nodes, 3_000))
+
+
+def test_code_of_short_runs_is_optimised_for_a_long_one() -> None:
+    """The bits stay, and runs that follow have the better code."""
+    planned = plan(read_graph("library:chopped_accelerometer"))
+    code = MachineCode(planned)
+    runs = [code.run(planned, start(planned), ticks) for ticks in (1_000, 1_000_000)]
+    assert code.is_outgrown(1_000_000) is False
+    assert all(run.advance(2_000, ()) for run in runs)
+    first, second = (repr(run.memory()) for run in runs)
+    assert first == second
