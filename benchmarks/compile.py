@@ -2,6 +2,8 @@
 
 Each graph of the library in a process that has lowered nothing before; then all of them in one process; then chains of
 blocks. The parts: writing the program (lowering included), printing it for LLVM, LLVM's passes, the object file.
+
+`--short` prints what optimising takes and gains beside code of short runs, and from which run on it pays.
 """
 
 import argparse
@@ -12,6 +14,8 @@ import subprocess
 import sys
 import tempfile
 import time
+from bisect import bisect_left
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -21,14 +25,20 @@ from proofmass import Graph, read_graph
 from proofmass.blocks import Constant, Gain, Saturation, UnitDelay
 from proofmass.graphs.files.library import library_file, library_files
 from proofmass.graphs.model.exports import runs_alone
+from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.limits import LARGEST_RUN
+from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.program.tick import write_tick
+from proofmass.runner.run.estimates import is_short
 from proofmass.runner.targets import machine_code
 from proofmass.runner.targets.c99 import c99_text
 from proofmass.runner.targets.llvm_text import llvm_text
-from proofmass.runner.targets.native import settings
+from proofmass.runner.targets.machine_code import QUICK
+from proofmass.runner.targets.native import CompiledLoop, CompiledPlan, settings
 
 PARTS = ("plan", "write", "print", "parse", "passes", "emit")
+_LONG = 0.02  # seconds of ticks that are timed
 
 
 def main() -> None:
@@ -37,12 +47,18 @@ def main() -> None:
     parser.add_argument("names", nargs="*", help="graphs of the library, or chain_N; all when none is named")
     parser.add_argument("--gcc", action="store_true", help="compile the C of each as well")
     parser.add_argument("--one", action="store_true", help="measure one graph in this process, as JSON")
+    parser.add_argument("--short", action="store_true", help="what optimising takes and gains")
     parser.add_argument("--chains", type=int, nargs="*", default=[], metavar="BLOCKS")
     arguments = parser.parse_args()
     if arguments.one:
         print(json.dumps([measured(graph_of(name), arguments.gcc) for name in arguments.names]))
         return
     names = arguments.names or library()
+    if arguments.short:
+        print(f"{'graph':34} {'optimising':>11} {'in a tick':>11} {'pays from':>13} {'is taken from':>14}")
+        for name in names:
+            optimised(name, plan(graph_of(name).changed(probes=())))
+        return
     print(f"{'graph':34} {'blocks':>6} {'lines':>7} " + " ".join(f"{part:>7}" for part in (*PARTS, "sum", "gcc")))
     for name in names:
         show(name, alone([name], arguments.gcc)[0])
@@ -57,7 +73,7 @@ def library() -> list[str]:
     """Names of the graphs that run alone."""
     paths = (path for path in library_files().values() if path.suffix == ".toml")
     graphs = [path for path in paths if "[blocks" in path.read_text(encoding="utf-8")]
-    return [path.stem for path in graphs if runs_alone(read_graph(path))]
+    return [path.stem for path in graphs if runs_alone(flatten(read_graph(path)))]
 
 
 def graph_of(name: str) -> Graph:
@@ -111,6 +127,39 @@ def measured(graph: Graph, gcc: bool) -> dict[str, float]:
     row["sum"] = sum(row[part] for part in PARTS[1:])
     row["gcc"] = of_gcc(c99_text(written.program)) if gcc else 0.0
     return row
+
+
+def optimised(name: str, planned: Plan) -> None:
+    """Print what optimising the machine code of a plan takes and gains, and for which ticks it is done."""
+    written, found = write_tick(planned), []
+    for told in (settings(written), QUICK):
+        clock = time.process_time()
+        machine_code.object_code(llvm_text(written.program), told)
+        compiling = time.process_time() - clock
+        compiled = CompiledPlan(planned, written, machine_code.load(written.program, told))
+        found.append((compiling, min(_tick(planned, compiled) for _ in range(3))))
+    (longer, tick), (quick, slow) = found
+    pays, taken = (longer - quick) / max(slow - tick, 1e-12), bisect_left(range(LARGEST_RUN), True, key=_taken(planned))
+    print(
+        f"{name:34} {1e3 * (longer - quick):8.0f} ms {1e9 * (slow - tick):8.0f} ns {pays:13,.0f} {taken:14,}",
+        flush=True,
+    )
+
+
+def _taken(planned: Plan) -> Callable[[int], bool]:
+    return lambda ticks: not is_short(planned, ticks)
+
+
+def _tick(planned: Plan, compiled: CompiledPlan) -> float:
+    """CPU seconds of a tick."""
+    loop, ticks = CompiledLoop(planned, 0, 0, None, compiled), 1_000
+    while True:
+        clock, first = time.process_time(), loop.tick
+        loop.advance(first + ticks, ())
+        spent = time.process_time() - clock
+        if spent > _LONG:
+            return spent / ticks
+        ticks *= 4
 
 
 def of_gcc(text: str) -> float:
