@@ -37,18 +37,26 @@ class ChangedResponse:
         self._a, self._b, self._c, self._d = parts
         self._inverse = np.linalg.inv(z[:, None, None] * np.eye(len(self._a)) - self._a).astype(np.complex128)
 
-    def of_columns(self, columns: Sequence[int], b: Array, d: Array) -> Norms:
-        """Return the norms where some columns of B and D become these."""
-        old_b, old_d = self._b[:, columns], self._d[:, columns]
-        after = self._square - self._of(old_b, old_d) + self._of(b, d)
-        return self._norms(after, self._of(b - old_b, d - old_d))
+    def of_inputs(self, rows: Sequence[int], columns: Sequence[int], change: Array) -> Norms:
+        """Return the norms where rows of some columns of B, and of D below it, change by so much."""
+        n = len(self._b)
+        into, direct = self._b[:, columns] @ change.T, self._d[:, columns]
+        if rows[0] >= n:
+            outputs = [row - n for row in rows]
+            across = np.sum(self._heard[:, outputs] * into.T, axis=(1, 2)) + np.sum(direct[outputs] * change)
+            square = np.full(len(across), np.sum(change**2))
+        else:
+            left = self._heard[:, :, rows]
+            across = np.sum((self._heard @ into + direct @ change.T) * left.conj(), axis=(1, 2))
+            square = np.real(np.sum((left @ (change @ change.T)) * left.conj(), axis=(1, 2)))
+        return self._norms(self._square + 2.0 * np.real(across) + square, square)
 
     def of_outputs(self, rows: Sequence[int], change: Array) -> Norms:
         """Return the norms where some rows of C change by so much."""
         own, change = _moving_columns(change)
         moved = change @ self._entered[:, own]
         across = np.sum(self._c[rows] @ self._entered * moved.conj(), axis=(1, 2))
-        across += np.sum((change @ self._inverse[:, own]) * (self._d[rows] @ self._b.T), axis=(1, 2))
+        across += np.sum((change @ self._inverse[:, own]) * self._direct.T[rows], axis=(1, 2))
         square = _square(moved)
         return self._norms(self._square + 2.0 * np.real(across) + square, square)
 
@@ -60,20 +68,13 @@ class ChangedResponse:
         down, across = self._read[:, :, rows] @ after, change @ self._entered[:, own]
         square = _square(np.linalg.qr(down, mode="r") @ across)
         shared = np.sum((down.conj().transpose(0, 2, 1) @ self._between).conj() * across, axis=(1, 2))
-        left = self._inverse[:, :, rows] @ after
-        shared += np.sum((right @ self._shared) * left.transpose(0, 2, 1), axis=(1, 2))
+        left = self._heard[:, :, rows] @ after
+        shared += np.sum((right @ self._direct) * left.transpose(0, 2, 1), axis=(1, 2))
         return self._norms(self._square + 2.0 * np.real(shared) + square, square)
 
     def _norms(self, after: Array, change: Array) -> Norms:
         size = np.maximum(np.maximum(self._square, after), 0.0)
         return np.sqrt(size), np.sqrt(np.maximum(change, 0.0))
-
-    def _of(self, b: Array, d: Array) -> Array:
-        """Return the squared norm with other columns of B and D, as many as they may be."""
-        if b.shape[1] < len(b):
-            return _square(self._heard @ b + d)
-        both = np.real(np.sum((self._heard @ (b @ b.T)) * self._heard.conj(), axis=(1, 2)))
-        return np.asarray(both + 2.0 * np.real(np.sum(self._heard * (d @ b.T), axis=(1, 2))) + np.sum(d**2))
 
     @cached_property
     def _heard(self) -> Complex:
@@ -81,7 +82,15 @@ class ChangedResponse:
 
     @cached_property
     def _square(self) -> Array:
-        return self._of(self._b, self._d)
+        if self._b.shape[1] < len(self._b):
+            return _square(self._heard @ self._b + self._d)
+        both = np.real(np.sum((self._heard @ (self._b @ self._b.T)) * self._heard.conj(), axis=(1, 2)))
+        direct = 2.0 * np.real(np.sum(self._heard * self._direct.T, axis=(1, 2)))
+        return np.asarray(both + direct + np.sum(self._d**2))
+
+    @cached_property
+    def _direct(self) -> Array:
+        return np.asarray(self._b @ self._d.T)
 
     @cached_property
     def _outputs(self) -> Array:
@@ -104,10 +113,6 @@ class ChangedResponse:
     @cached_property
     def _between(self) -> Complex:
         return np.asarray(self._outputs @ self._entered)
-
-    @cached_property
-    def _shared(self) -> Array:
-        return np.asarray(self._b @ self._d.T @ self._c)
 
 
 def _moving_columns(change: Array) -> tuple[Indices, Array]:
@@ -180,27 +185,21 @@ def effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:
     kept = first.between_with(second)
     first, second = first.kept(kept), second.kept(kept)
     changes, n = [0.0], first.order
-    response, (_, b, _, d), other = ChangedResponse(first.parts(), z), first.parts(), second.parts()
+    response = ChangedResponse(first.parts(), z)
     down, across = (_members(first.states, ends) for ends in (first.outputs, first.inputs))
     for places in np.argwhere(down @ (first.matrix[:, :-1] != second.matrix[:, :-1]) @ across.T).tolist():
         rows, columns = (np.flatnonzero(of[place]).tolist() for of, place in zip((down, across), places, strict=True))
         pair = np.ix_(rows, columns)
+        change = second.matrix[pair] - first.matrix[pair]
         if columns[0] >= n:
-            own = [column - n for column in columns]
-            new_b, new_d = b[:, own].copy(), d[:, own].copy()
-            if rows[0] < n:
-                new_b[rows] = other[1][np.ix_(rows, own)]
-            else:
-                outputs = [row - n for row in rows]
-                new_d[outputs] = other[3][np.ix_(outputs, own)]
-            size, moved = response.of_columns(own, new_b, new_d)
+            size, moved = response.of_inputs(rows, [column - n for column in columns], change)
         else:
-            change = np.zeros((len(rows), n))
-            change[:, columns] = second.matrix[pair] - first.matrix[pair]
+            of_states = np.zeros((len(rows), n))
+            of_states[:, columns] = change
             if rows[0] < n:
-                size, moved = response.of_states(rows, change)
+                size, moved = response.of_states(rows, of_states)
             else:
-                size, moved = response.of_outputs([row - n for row in rows], change)
+                size, moved = response.of_outputs([row - n for row in rows], of_states)
         changes.append(float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0))))
     return max(changes)
 

@@ -179,7 +179,7 @@ def _budget_about(
     ends = Ends(tuple(sources), (target,), noise=noisy, beside=tuple(beside))
     strain = "" if isinstance(about.point, PeriodicPoint) else strained(about, ends, target, whole, to_output)
     errors, to_quantisers = errors_about(about, ends)
-    moved = list(dithers(errors.of(to_quantisers), about.course.kept, errors.apart))
+    moved = [one for given in to_quantisers for one in dithers(errors.of(given), about.course.kept, errors.apart)]
     to_output = noise_map(errors.of(whole), target)
     limits = _band(to_output, band)
     squares = mean_squares(to_output, limits) if band is not None or not to_output.settles else to_output.mean_squares

@@ -13,7 +13,7 @@ one level is no noise.
 """
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from statistics import fmean
@@ -30,6 +30,7 @@ from proofmass.runner.analysis.linearisation.covariance import summed
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation
+from proofmass.runner.analysis.linearisation.orbit import OrbitPoint
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.analysis.noise.noise_map import variance
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
 
 _PERIODS = 8  # back, in which words are looked for
 _NUMBERS, _SPAN = 4, 64  # of a place in a period that are looked at, and ticks at the end of a run
+_STRETCH = 256  # ticks of a period at a time, where nothing lasts from one to the next
 _MOST = 1 << 22  # entries of what is computed at a time
 _TIED = 64  # parts of a step, of which ties are 5 % of the mean square
 _NONE = 1e-12  # of the largest variance: no motion
@@ -94,18 +96,35 @@ class GridErrors:
         ]
 
 
-def errors_about(about: Linearisation, ends: Ends) -> tuple[GridErrors, PeriodMap]:
-    """Return the errors upstream of some outputs at an operating point, and the map to what quantisers are given."""
+def errors_about(about: Linearisation, ends: Ends) -> tuple[GridErrors, tuple[PeriodMap, ...]]:
+    """Return the errors upstream of some outputs at an operating point, and the maps to what quantisers are given.
+
+    Where nothing lasts from tick to tick on the way there, they are those of short stretches of the period.
+    """
     point, kept = about.point_of(ends), about.course.kept
     quantisers = _quantisers(about.plan, ends)
     key = "to quantisers", quantisers, point.map.tick, point.ticks, tuple(ends.noise.items())
     if key not in kept:
-        own = Ends((), (), noise=ends.noise)
-        whole = own.map(about.plan, **point.where, quantisers=quantisers, slopes=about.course.slopes)
-        whole = with_spectra(whole, ends.noise)
-        kept[key] = _errors(about.plan, whole), whole
-    found: tuple[GridErrors, PeriodMap] = kept[key]
+        maps = [with_spectra(whole, ends.noise) for whole in _to_quantisers(about, ends, point, quantisers)]
+        kept[key] = _errors(about.plan, maps), tuple(maps)
+    found: tuple[GridErrors, tuple[PeriodMap, ...]] = kept[key]
     return found
+
+
+def _to_quantisers(
+    about: Linearisation, ends: Ends, point: OrbitPoint, quantisers: Collection[str]
+) -> Iterator[PeriodMap]:
+    """Yield the maps to what quantisers are given in a period: entries of one map would be ticks squared."""
+    own = Ends((), (), noise=ends.noise)
+    given = {**point.where, "quantisers": quantisers}
+    first = own.map(about.plan, **{**given, "span": 1}) if point.memory and point.ticks > _STRETCH else None
+    if first is None or first.order:
+        yield own.map(about.plan, **given, slopes=about.course.slopes)
+        return
+    run, end = about.course.from_memory(point.memory), first.tick + point.ticks
+    for tick in range(first.tick, end, _STRETCH):
+        given |= {"memory": run.to(tick), "span": min(_STRETCH, end - tick)}
+        yield own.map(about.plan, **given, slopes=about.course.slopes)
 
 
 def errors_along(
@@ -122,7 +141,7 @@ def errors_along(
     span = min(last, _NUMBERS * longest, _SPAN)
     options = {"memory": at(last - span), "span": span, "slopes": lambda *_: code, "quantisers": quantisers}
     whole = Ends((), (), noise=ends.noise).map(plan, **options)
-    return _errors(plan, with_spectra(whole, ends.noise), moving=True)
+    return _errors(plan, [with_spectra(whole, ends.noise)], moving=True)
 
 
 def _quantisers(plan: Plan, ends: Ends) -> tuple[str, ...]:
@@ -130,14 +149,15 @@ def _quantisers(plan: Plan, ends: Ends) -> tuple[str, ...]:
     return tuple(sorted(rounding_blocks(plan) & ends.noise.keys() & ends.blocks(plan)[0]))
 
 
-def _errors(planned: Plan, whole: PeriodMap, moving: bool = False) -> GridErrors:
-    """Return the errors of a map to quantisers, or those of what moves there."""
-    drops = {entry: Drop(_BITS, _rule(planned.blocks[entry[0]])) for entry in whole.outputs} | {**whole.drops}
+def _errors(planned: Plan, maps: Iterable[PeriodMap], moving: bool = False) -> GridErrors:
+    """Return the errors of maps to quantisers, or those of what moves there."""
     found = dict[Endpoint, list[tuple[float, float]]]()
-    for entry, error in on_grids(replace(whole, drops=drops)).items():
-        if error.motion or not moving:
-            size = size_of(error.levels or 1 << drops[entry].bits, error.offset, drops[entry].rounding)
-            found.setdefault(entry[:2], []).append((size, error.apart))
+    for whole in maps:
+        drops = {entry: Drop(_BITS, _rule(planned.blocks[entry[0]])) for entry in whole.outputs} | {**whole.drops}
+        for entry, error in on_grids(replace(whole, drops=drops)).items():
+            if error.motion or not moving:
+                size = size_of(error.levels or 1 << drops[entry].bits, error.offset, drops[entry].rounding)
+                found.setdefault(entry[:2], []).append((size, error.apart))
     sizes = {place: math.sqrt(fmean(size**2 for size, _ in each)) for place, each in found.items()}
     apart = {
         place: 1.0 if any(abs(size - sizes[place]) > _ALIKE for size, _ in each) else max(of for _, of in each)
