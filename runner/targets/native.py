@@ -31,12 +31,44 @@ _Place: TypeAlias = tuple[type, int]
 BegunNumbers: TypeAlias = tuple[dict[str, AnyArray], dict[str, AnyArray], dict[VectorOf, AnyArray]]
 
 
-class _Layout(NamedTuple):
+class Layout(NamedTuple):
     """Places of the states of blocks, of wires, and of counters of overflows."""
 
     states: list[tuple[str, Any, list[_Place]]]
     wires: list[tuple[Endpoint, _Place]]
     overflows: list[tuple[str, _Place | None]]
+
+    @classmethod
+    def of(cls, plan: Plan, written: TickLoop, counted: Iterable[str]) -> "Layout":
+        """Return the places in a loop of a plan, with the overflows of some blocks."""
+        kinds, states = written.memory.kinds, list[tuple[str, Any, list[_Place]]]()
+        for name, block in plan.blocks.items():
+            made: Any = type(block).state_class()
+            if made is not None:
+                states.append((name, made, [kinds[StateField(name, field)] for field in made._fields]))
+        wires = [((key.block, key.port), place) for key, place in kinds.items() if isinstance(key, WireOf)]
+        return cls(states, wires, [(name, kinds.get(OverflowsOf(name))) for name in counted])
+
+    def memory(
+        self, plan: Plan, tick: int, state: Mapping[str, AnyArray], vectors: Mapping[VectorOf, AnyArray]
+    ) -> Memory:
+        """Return the memory of a run of a plan, from the numbers of its loop."""
+        floats, integers = state[FLOATS].tolist(), state[INTEGERS].tolist()
+
+        def number(place: _Place) -> Any:
+            kind, index = place
+            return floats[index] if kind is float else kind(integers[index])
+
+        states: dict[str, Any] = dict.fromkeys(plan.blocks)
+        states |= {name: made(*map(number, places)) for name, made, places in self.states}
+        wires: dict[Endpoint, Any] = {node: number(place) for node, place in self.wires}
+        shaped = ((node, array) for node, array in vectors.items() if not isinstance(node, LargestOf))
+        wires |= {node: array.tolist() for node, array in shaped if node not in plan.buffers}
+        buffers: dict[VectorOf, Sequence[float]] = {
+            n: held if n in plan.recorded else vectors[n].tolist() for n, held in plan.buffers.items()
+        }
+        overflows = {name: number(place) if place else 0 for name, place in self.overflows}
+        return Memory(tick, states, buffers, wires, overflows)
 
 
 class CompiledPlan:
@@ -188,7 +220,7 @@ class CompiledLoop:
         tick, recorded = self.tick, self.plan.recorded
         state = {name: array.copy() for name, array in self._state.items()}
         vectors = {node: array.copy() for node, array in self._vectors.items() if node not in recorded}
-        return lambda: self._memory(tick, state, vectors)
+        return lambda: self._layout.memory(self.plan, tick, state, vectors)
 
     @cached_property
     def _own(self) -> list[int]:
@@ -196,32 +228,8 @@ class CompiledLoop:
         return [array.ctypes.data for array in self.arrays(())]
 
     @cached_property
-    def _layout(self) -> "_Layout":
-        kinds, states = self._written.memory.kinds, list[tuple[str, Any, list[_Place]]]()
-        for name, block in self.plan.blocks.items():
-            made: Any = type(block).state_class()
-            if made is not None:
-                states.append((name, made, [kinds[StateField(name, field)] for field in made._fields]))
-        wires = [((key.block, key.port), place) for key, place in kinds.items() if isinstance(key, WireOf)]
-        return _Layout(states, wires, [(name, kinds.get(OverflowsOf(name))) for name in self._counted])
-
-    def _memory(self, tick: int, state: dict[str, AnyArray], vectors: dict[VectorOf, AnyArray]) -> Memory:
-        plan, layout, floats, integers = self.plan, self._layout, state[FLOATS].tolist(), state[INTEGERS].tolist()
-
-        def number(place: _Place) -> Any:
-            kind, index = place
-            return floats[index] if kind is float else kind(integers[index])
-
-        states: dict[str, Any] = dict.fromkeys(plan.blocks)
-        states |= {name: made(*map(number, places)) for name, made, places in layout.states}
-        wires: dict[Endpoint, Any] = {node: number(place) for node, place in layout.wires}
-        shaped = ((node, array) for node, array in vectors.items() if not isinstance(node, LargestOf))
-        wires |= {node: array.tolist() for node, array in shaped if node not in plan.buffers}
-        buffers: dict[VectorOf, Sequence[float]] = {
-            n: held if n in plan.recorded else vectors[n].tolist() for n, held in plan.buffers.items()
-        }
-        overflows = {name: number(place) if place else 0 for name, place in layout.overflows}
-        return Memory(tick, states, buffers, wires, overflows)
+    def _layout(self) -> Layout:
+        return Layout.of(self.plan, self._written, self._counted)
 
 
 def settings(written: TickLoop) -> Settings:

@@ -10,7 +10,7 @@ import numpy as np
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.host.interrupts import StoppedError
-from proofmass.runner.plan.keys import ConstantOf, LargestOf, Moving, ParameterOf, VectorOf
+from proofmass.runner.plan.keys import ConstantOf, LargestOf, Moving, ParameterOf, StateField, VectorOf
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.form import Storage as ProgramArray
@@ -21,7 +21,7 @@ from proofmass.runner.program.tick_loop import TickLoop, settled_before
 from proofmass.runner.program.varying import ALL
 from proofmass.runner.targets.lane_text import LanesOf
 from proofmass.runner.targets.machine_code import Settings, load_lanes
-from proofmass.runner.targets.native import arrays_of, block_values, dtype_of, finite_places, moving
+from proofmass.runner.targets.native import Layout, arrays_of, block_values, dtype_of, finite_places, moving
 
 CHUNK = 1 << 20  # ticks of all lanes between looks at an interruption
 _WIDE = Settings(wide=True)  # vectors as wide as the processor has them
@@ -43,6 +43,7 @@ class CompiledLanes:
         named = zip(written.vectors, written.vector_kinds, strict=True)
         self.vectors = {node: self._vector(memory, node, kind) for node, kind in named}
         self.watched = finite_places(plan, written)
+        self.layout = Layout.of(plan, written, [name for name in plan.digital if name in memory.overflows])
 
     @property
     def size(self) -> int:
@@ -153,6 +154,22 @@ class Lanes:
         """Return for each run a wire that a measure reads, or a field of a state."""
         kind, place = self._compiled.written.memory.kinds[key]
         return self._of_runs(self._state[array_of(kind)][:, place])
+
+    def held(self, entries: Sequence[tuple[str, str, int]]) -> AnyArray:
+        """Return reals that blocks hold, a row for each run: fields of states, numbered -1, and entries of buffers."""
+        columns = [
+            self.value(StateField(*of[:2])) if of[2] < 0 else self._of_runs(self._vectors[of[:2]][:, of[2]])
+            for of in entries
+        ]
+        return np.array(columns).reshape(len(entries), self._count).T
+
+    def memory(self, run: int, plan: Plan) -> Memory:
+        """Return the memory of one of the runs, of a plan whose numbers it has."""
+        group, lane = divmod(run, self._compiled.lanes)
+        state = {kind: rows[group, :, lane] for kind, rows in self._state.items()}
+        own = ((node, rows) for node, rows in self._vectors.items() if node not in self._compiled.plan.recorded)
+        vectors = {node: rows[group, :, lane] for node, rows in own}
+        return self._compiled.layout.memory(plan, self.tick, state, vectors)
 
     def scalars(self) -> Iterable[Moving]:
         """Return the wires, fields of states and counts that runs have in lanes."""

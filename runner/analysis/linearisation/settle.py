@@ -14,6 +14,10 @@ filter of a reference. In a graph without loops those of all blocks do.
 """
 
 import math
+from collections.abc import Callable, Iterator
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,59 +26,95 @@ from proofmass.graphs.checks.schedule import outputs_of
 from proofmass.graphs.model.digraph import loops
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.map_blocks import upstream_of
+from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS
 from proofmass.runner.host.arrays import Array, Truths
 from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.memory import start
+from proofmass.runner.plan.planned import Plan
 
 TOLERANCE = 1e-2
 FEWEST, MOST = 64, 1 << 20  # base ticks
 _STEPS = 8  # before each look
 
 
-def settled_tick(course: Course, progress: Progress | None = None) -> int:
-    """Return the base tick by which the loops have settled; raises `ModelError` that names what still moves."""
-    plan = course.plan
+@dataclass(frozen=True)
+class Watched:
+    """Real numbers that blocks of a plan remember, which must come to rest."""
+
+    entries: tuple[Entry, ...]
+    begin: Array
+    own: Truths  # those of blocks in loops
+    ticks: int  # after which these tick together again
+    looped: frozenset[str]
+
+
+class Look(NamedTuple):
+    """How far numbers moved up to a tick, a row for each run, and which runs have settled by then."""
+
+    earlier: int
+    tick: int
+    moves: Array
+    ways: Array  # they are under way to
+    shares: Array  # of the larger of both, of the largest values
+    settled: Truths
+
+
+def watched(plan: Plan) -> Watched:
+    """Return what must come to rest in a plan."""
     looped = set[str]().union(*loops(plan.readers))
     # what measures sum up goes on, and is in no order
     names = sorted(upstream_of(plan, looped or {name for name, _ in outputs_of(plan.schedule.order)}))
     ticks = math.lcm(*(plan.schedule.divisors[name] for name in looped or names))
     begin = {entry: x for entry, x in NO_RINGS.states_of(start(plan), names) if isinstance(x, float)}
-    entries, own = tuple(begin), np.array([name in looped for name, _, _ in begin], dtype=bool)
-    periods, still, got = 0, 0, ""
-    rows, largest = {0: np.array([*begin.values()])}, np.zeros(len(begin))
+    own = np.array([name in looped for name, _, _ in begin], dtype=bool)
+    return Watched(tuple(begin), np.array([*begin.values()]), own, ticks, frozenset(looped))
+
+
+def looks(of: Watched, runs: int, numbers: Callable[[int], Array]) -> Iterator[Look]:
+    """Yield what is seen of some runs, look after look; `numbers` returns theirs at the start of a tick, a row each."""
+    periods, ticks = 0, of.ticks
+    rows = {0: np.broadcast_to(of.begin, (runs, len(of.begin)))}
+    largest, still = np.zeros_like(rows[0]), np.zeros(runs, dtype=np.int64)
     while ticks * periods < MOST:
         earlier, periods = periods, periods * 15 // 8 + 1
         step = max(1, (periods - earlier) // _STEPS)
-        looks = range(max(periods % step, periods - _STEPS * step), periods + 1, step)
-        try:
-            rows |= {at: course.numbers(entries, ticks * at, progress, MOST) for at in looks if at not in rows}
-        except ModelError as error:
-            raise plan.graph.placed(
-                _restless(f"{error.problems[0].key} {error.problems[0].message}", looped)
-            ).error from error
+        places = range(max(periods % step, periods - _STEPS * step), periods + 1, step)
+        rows |= {at: numbers(ticks * at) for at in places if at not in rows}
         tick, largest = ticks * periods, np.maximum(largest, np.abs(rows[periods]))
-        one_way, ways = _ways(np.array([rows[at] for at in looks]), (MOST - tick) / (ticks * step))
-        moves = np.abs(rows[periods] - rows[earlier]) * (own | one_way)
+        one_way, ways = _ways(np.array([rows[at] for at in places]), (MOST - tick) / (ticks * step))
+        moves = np.abs(rows[periods] - rows[earlier]) * (of.own | one_way)
         shares = np.divide(np.maximum(moves, ways), largest, out=np.zeros_like(largest), where=largest > 0.0)
-        worst = int(np.argmax(shares)) if len(shares) else None
-        still = still + 1 if worst is None or shares[worst] <= TOLERANCE else 0
-        if still >= 2 and tick >= FEWEST:
-            return tick
-        if worst is not None and (shares[worst] > TOLERANCE or not got):
-            name, part, number = entries[worst]
-            what = f"{name}.{part}" + (f"[{number}]" if number >= 0 else "")
-            verb = "moves" if moves[worst] >= ways[worst] else "is under way to move"
-            span = f"from {ticks * earlier:,} ticks to {tick:,}"
-            got = f"{what} {verb} by {shares[worst]:.2g} of its largest value, {span}"
-    raise plan.graph.placed(_restless(got, looped)).error
+        still = np.where((shares <= TOLERANCE).all(axis=1), still + 1, 0)
+        yield Look(ticks * earlier, tick, moves, ways, shares, (still >= 2) & (tick >= FEWEST))
+
+
+def settled_tick(course: Course, progress: Progress | None = None) -> int:
+    """Return the base tick by which the loops have settled; raises `ModelError` that names what still moves."""
+    plan, of, got = course.plan, watched(course.plan), ""
+    try:
+        for look in looks(of, 1, lambda tick: course.numbers(of.entries, tick, progress, MOST)[None]):
+            if look.settled[0]:
+                return look.tick
+            shares = look.shares[0]
+            worst = int(np.argmax(shares)) if len(shares) else None
+            if worst is not None and (shares[worst] > TOLERANCE or not got):
+                name, part, number = of.entries[worst]
+                what = f"{name}.{part}" + (f"[{number}]" if number >= 0 else "")
+                verb = "moves" if look.moves[0, worst] >= look.ways[0, worst] else "is under way to move"
+                span = f"from {look.earlier:,} ticks to {look.tick:,}"
+                got = f"{what} {verb} by {shares[worst]:.2g} of its largest value, {span}"
+    except ModelError as error:
+        failed = f"{error.problems[0].key} {error.problems[0].message}"
+        raise plan.graph.placed(_restless(failed, of.looped)).error from error
+    raise plan.graph.placed(_restless(got, of.looped)).error
 
 
 def _ways(values: Array, far: float) -> tuple[Truths, Array]:
     """Return which numbers go one way, and how far they go on, in `far` steps at most; 0 of those that do not."""
     steps = np.diff(values, axis=0)
     if len(steps) < 2:
-        return np.zeros(values.shape[1], dtype=bool), np.zeros(values.shape[1])
+        return np.zeros(values.shape[1:], dtype=bool), np.zeros(values.shape[1:])
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = steps[-1] / steps[-2]
         on = np.where(ratio < 1.0, np.minimum(ratio / (1.0 - ratio), far), far)
@@ -82,7 +122,7 @@ def _ways(values: Array, far: float) -> tuple[Truths, Array]:
     return np.asarray(one_way), np.where(one_way, np.abs(steps[-1]) * on, 0.0)
 
 
-def _restless(got: str, looped: set[str]) -> Problem:
+def _restless(got: str, looped: AbstractSet[str]) -> Problem:
     return Problem(
         message="the loops do not settle" if looped else "the graph does not settle",
         key="at",

@@ -31,6 +31,7 @@ from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.analysis.linearisation.tick_maps import between
 from proofmass.runner.analysis.margins.figures import decibels, least_gain_margin
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
+from proofmass.runner.analysis.margins.settled_lanes import SettledLanes
 from proofmass.runner.analysis.margins.side_by_side import (
     MOVED,
     Amounts,
@@ -101,14 +102,19 @@ class ManyMargins:
         self._course = Course(plan, many=True)
         self._nodes = loop_nodes(plan)
         self._patterns = self._common()
+        ticks = [pattern.at.tick for pattern in self._patterns if pattern.at.settled]
+        self._lanes = SettledLanes(self._course.plan, max(ticks)) if ticks else None
 
     def values(self, sensors: Sequence[Plan]) -> list[MarginValues | ModelError]:
         """Return the margins of each sensor, or why it has none."""
         parts = (sensors[first : first + _TOGETHER] for first in range(0, len(sensors), _TOGETHER))
-        return [value for part in parts for value in self._values(part)]
+        return [value for part in parts for value in self._values(part, len(sensors))]
 
-    def _values(self, sensors: Sequence[Plan]) -> Iterator[MarginValues | ModelError]:
-        begun = [_Begun(Course(sensor, like=self._course)) for sensor in sensors]
+    def _values(self, sensors: Sequence[Plan], of: int) -> Iterator[MarginValues | ModelError]:
+        courses = [Course(sensor, like=self._course) for sensor in sensors]
+        alike = [course.plan for course in courses if course.like] if self._lanes else []
+        settled = iter(self._lanes.memories(alike, of) if self._lanes and alike else ())
+        begun = [_Begun(course, next(settled, None) if course.like else None) for course in courses]
         columns = [self._fast(pattern, begun) for pattern in self._patterns]
         for number, sensor in enumerate(sensors):
             rows = [column[number] for column in columns]
@@ -250,12 +256,14 @@ class ManyMargins:
 class _Begun:
     """The run of a sensor, and what it begins with at operating points, for all of its loops."""
 
-    def __init__(self, course: Course) -> None:
-        self.course, self._memories, self._numbers = course, dict[int, Memory](), dict[int, "BegunNumbers"]()
+    def __init__(self, course: Course, settled: Memory | None = None) -> None:
+        """Take the memory in which it has settled, if that is known."""
+        self.course, self._numbers = course, dict[int, "BegunNumbers"]()
+        self._settled, self._memories = settled, {settled.tick: settled} if settled else {}
 
     @cached_property
     def settled(self) -> int:
-        return settled_tick(self.course)
+        return self._settled.tick if self._settled else settled_tick(self.course)
 
     def memory(self, tick: int) -> Memory:
         """Return the memory at the start of a tick; raises `ModelError`."""

@@ -9,7 +9,7 @@ from proofmass.runner.analysis.linearisation.map_changes import ChangedResponse,
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 
 
-@pytest.mark.parametrize("changed", ["states", "outputs", "columns"])
+@pytest.mark.parametrize("changed", ["states", "outputs", "inputs", "direct"])
 @pytest.mark.parametrize(("states", "inputs", "outputs"), [(3, 2, 4), (5, 50, 30), (4, 1, 1)])
 def test_norms_of_a_changed_response(states: int, inputs: int, outputs: int, changed: str) -> None:
     random = np.random.default_rng(1)
@@ -18,11 +18,13 @@ def test_norms_of_a_changed_response(states: int, inputs: int, outputs: int, cha
     after = tuple(part.copy() for part in before)
     z = np.exp(1j * np.array([0.1, 1.0, 3.0]))
     response = ChangedResponse(before, z)
-    if changed == "columns":
-        columns = [*range(0, inputs, 2)]
-        for part in (after[1], after[3]):
-            part[:, columns] += random.normal(size=(len(part), len(columns)))
-        size, moved = response.of_columns(columns, after[1][:, columns], after[3][:, columns])
+    if changed in ("inputs", "direct"):
+        columns, rows = [*range(0, inputs, 2)], [0, 2] if changed == "inputs" else [states + outputs - 1]
+        change = random.normal(size=(len(rows), len(columns)))
+        both = np.concatenate([after[1], after[3]])
+        both[np.ix_(rows, columns)] += change
+        after = after[0], both[:states], after[2], both[states:]
+        size, moved = response.of_inputs(rows, columns, change)
     else:
         rows = [0, 2] if changed == "states" else [outputs - 1]
         change = random.normal(size=(len(rows), states))
