@@ -13,6 +13,7 @@ from proofmass.graphs.model.keys import LOOP_KEYS
 from proofmass.graphs.model.rates import read_duration
 
 REQUIREMENTS = {"gain_margin": "dB", "phase_margin": "deg", "delay_margin": "s", "sensitivity_peak": "dB"}
+PEAKS = frozenset({"sensitivity_peak"})  # of these at most so much is required
 VERDICTS = {"unstable": 0.0, "marginal": 0.5, "stable": 1.0}  # numbers the measure `stable` has
 MARGIN_MEASURES = {**REQUIREMENTS, "stable": "1"}  # measures of each loop, and their units
 AUTO = "auto"  # an operating point: the first of the others at which there is an answer

@@ -148,10 +148,11 @@ class Measurements:
     @staticmethod
     def _margin(of: LoopFigure, known: Mapping[str, float]) -> tuple[float, str]:
         value, verdict = known[f"{of.loop}.{of.figure}"], known[f"{of.loop}.stable"]
-        if value > -math.inf:
+        beyond = known[f"{of.loop}.gain_margin"] == -math.inf
+        if not (beyond or math.isnan(value)):
             return value, ""
         words = {number: word for word, number in VERDICTS.items()}
-        told = f"unstable {AT_ANOTHER_PHASE}" if value == -math.inf else words[verdict]
+        told = f"unstable {AT_ANOTHER_PHASE}" if beyond else words[verdict]
         return math.nan, f"the loop {of.loop} is {told}"
 
     def _worst(self, requirement: Requirement, quantity: Quantity) -> list[tuple[float, str]]:

@@ -48,6 +48,18 @@ class Figures:
         """Decibels by which the gain may change, to the nearer side; infinite without limit."""
         return least_gain_margin(self.gain_margin, self.gain_reduction)
 
+    def value(self, name: str) -> float:
+        """Return a figure of a stable loop in dB, deg, s, Hz or as it is; infinite where there is no limit."""
+        value = {
+            "gain_margin": self.least_gain_margin,
+            "phase_margin": self.phase_margin and math.degrees(self.phase_margin),
+            "delay_margin": self.delay_margin,
+            "disk_margin": self.disk_margin,
+            "sensitivity_peak": decibels(self.sensitivity_peak),
+            "bandwidth": self.bandwidth,
+        }[name]
+        return math.inf if value is None else float(value)
+
     def as_data(self) -> dict[str, Any]:
         """Return the numbers as plain data, in the units that their names say."""
         return {

@@ -29,7 +29,6 @@ from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS, place_of
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.analysis.linearisation.tick_maps import between
-from proofmass.runner.analysis.margins.figures import decibels, least_gain_margin
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
 from proofmass.runner.analysis.margins.settled_lanes import SettledLanes
 from proofmass.runner.analysis.margins.side_by_side import (
@@ -382,7 +381,4 @@ def _row(found: Amounts, row: int, period: float) -> MarginValues:
     """Return the margins of one of the loops."""
     if not found.stable[row]:
         return *(math.nan for _ in REQUIREMENTS), VERDICTS["unstable"]
-    gain, less = float(found.gain_margin[row]), float(found.gain_reduction[row])
-    phase, delay = float(found.phase_margin[row]), float(found.delay_margin[row])
-    peak = decibels(float(found.sensitivity_peak[row])) or 0.0
-    return least_gain_margin(gain, less), math.degrees(phase), delay * period, peak, VERDICTS["stable"]
+    return *found.required(row, period).values(), VERDICTS["stable"]

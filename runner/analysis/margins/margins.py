@@ -18,14 +18,15 @@ matters, no single L exists: `lifted`.
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.shown_units import in_print
+from proofmass.graphs.model.loops import PEAKS, REQUIREMENTS
 from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole, Verdict
@@ -37,6 +38,7 @@ from proofmass.runner.analysis.margins.known_limits import known_parts, limits_n
 from proofmass.runner.analysis.margins.modes import Mode, seen
 from proofmass.runner.host.arrays import Complex
 from proofmass.runner.host.notebook import Plotted, html_table
+from proofmass.runner.output.json_text import finite
 
 if TYPE_CHECKING:
     import pandas
@@ -62,7 +64,7 @@ class Margins(Figures, Plotted):
     period: float  # s; 0 of a continuous loop
     sample: float  # s, of the wire
     system: OpenLoop  # the open loop in state space
-    least_over_phases: tuple[float, float] | None = None  # dB and radians, where a carrier may have other phases
+    elsewhere: Mapping[str, float] = field(default_factory=dict)  # the worst of what a loop may require, at others
 
     @property
     def stable(self) -> bool:
@@ -121,20 +123,13 @@ class Margins(Figures, Plotted):
             "notes": list(self.system.map.notes),
             "hidden_modes": [str(mode) for mode in self.hidden],
             **super().as_data(),
-            **self._over_phases(),
+            **{f"worst_{name}_{REQUIREMENTS[name].lower()}": finite(value) for name, value in self.elsewhere.items()},
             "delay_margin_samples": samples,
             "period_s": self.period,
             "sample_s": self.sample,
             "poles": [[pole.value.real, pole.value.imag] for pole in self.slowest],
             "pole_distances": [pole.distance for pole in self.slowest],
         }
-
-    def _over_phases(self) -> dict[str, Any]:
-        if self.least_over_phases is None:
-            return {}
-        gain, phase = self.least_over_phases
-        least = {"least_gain_margin_over_phases_db": gain, "least_phase_margin_over_phases_deg": math.degrees(phase)}
-        return {name: value if math.isfinite(value) else None for name, value in least.items()}
 
 
 def margins_of(system: OpenLoop, loop: str, open_at: str) -> Margins:
@@ -184,13 +179,13 @@ def margins_at(system: OpenLoop, loop: str, open_at: str) -> Margins:
 
 def least_of(instants: Sequence[Margins]) -> Margins:
     """Return the margins at the instant with the least gain margin, with a note on their range and
-    those of the first.
+    those of the first, and the worst of each that a loop may require.
 
     Instants at which the loop is not stable have no margins; a note says that there are some.
     """
     stable = [one for one in instants if one.stable]
-    worst = min(stable, key=lambda one: one.least_gain_margin)
-    told = ranges([one.least_gain_margin for one in stable], [one.phase_margin or math.inf for one in stable])
+    worst, rows = min(stable, key=lambda one: one.least_gain_margin), [required(one) for one in stable]
+    told = ranges(rows)
     first, last = instants[0].system.map, instants[-1].system.map
     notes = [
         *first.notes,
@@ -198,7 +193,8 @@ def least_of(instants: Sequence[Margins]) -> Margins:
     ]
     if len(stable) < len(instants):
         notes.append("it is unstable at some instants in that time, as if it stood still there")
-    return replace(worst, system=replace(worst.system, map=replace(worst.system.map, notes=tuple(notes))))
+    system = replace(worst.system, map=replace(worst.system.map, notes=tuple(notes)))
+    return replace(worst, system=system, elsewhere=worst_of(rows))
 
 
 def over_stretches(system: OpenLoop, figures: Figures) -> tuple[OpenLoop, Figures]:
@@ -219,20 +215,37 @@ def over_stretches(system: OpenLoop, figures: Figures) -> tuple[OpenLoop, Figure
         gain_reduction=reduction or None,
         phase_margin=phase if math.isfinite(phase) else None,
     )
-    told = ranges([least_gain_margin(*pair) for pair in limits], phases) if len(loops) > 1 else ""
+    pairs = zip((least_gain_margin(*pair) for pair in limits), map(math.degrees, phases), strict=True)
+    told = ranges([dict(zip(("gain_margin", "phase_margin"), pair, strict=True)) for pair in pairs])
     parts = [known_parts(*each) for each in zip(loops, limits, turns, strict=True)]
     worst_of = reductions.index(reduction), margins.index(gain), phases.index(phase)
     known = limits_note(max(parts[n][kind] for kind, n in enumerate(worst_of)), max(map(max, parts)))
-    notes = [f"the least of their margins is shown: {told}"] if told else []
+    notes = [f"the least of their margins is shown: {told}"] if told and len(loops) > 1 else []
     return system.noted(*notes, *known), worst
 
 
-def ranges(gains: Sequence[float], turns: Sequence[float]) -> str:
-    """Return the ranges of gain margins, in dB, and phase margins, in radians, that have limits, in words."""
-    told = {"gain margin": _range(gains, "dB"), "phase margin": _range([math.degrees(turn) for turn in turns], "deg")}
-    return " and ".join(f"{name} {text}" for name, text in told.items() if text)
+def required(margins: Margins) -> dict[str, float]:
+    """Return what a loop may require of its margins, in the units of that; the worst there is if it is not stable."""
+    if margins.stable:
+        return {name: margins.value(name) for name in REQUIREMENTS}
+    return {name: math.inf if name in PEAKS else -math.inf for name in REQUIREMENTS}
+
+
+def worst_of(rows: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """Return the worst of each of some values by name."""
+    return {name: (max if name in PEAKS else min)(row[name] for row in rows) for name in rows[0]}
+
+
+def ranges(rows: Sequence[Mapping[str, float]]) -> str:
+    """Return the ranges of values by name that have limits, in words."""
+    told = {name.replace("_", " "): _range([row[name] for row in rows], REQUIREMENTS[name]) for name in rows[0]}
+    *others, last = [f"{name} {text}" for name, text in told.items() if text] or [""]
+    return " and ".join(filter(None, [", ".join(others), last]))
 
 
 def _range(values: Sequence[float], unit: str) -> str:
     """Return the least and the largest, or nothing if there is no limit."""
-    return f"{min(values):.2f} to {max(values):.2f} {unit}" if math.isfinite(max(values)) else ""
+    least, most = min(values), max(values)
+    if not math.isfinite(most):
+        return ""
+    return f"{time_text(least)} to {time_text(most)}" if unit == "s" else f"{least:.2f} to {most:.2f} {unit}"

@@ -23,8 +23,7 @@ from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS, held_in
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.analysis.linearisation.surroundings import Surroundings, moved
-from proofmass.runner.analysis.margins.figures import least_gain_margin
-from proofmass.runner.analysis.margins.margins import Margins, margins_at, ranges
+from proofmass.runner.analysis.margins.margins import Margins, margins_at, ranges, required, worst_of
 from proofmass.runner.analysis.margins.side_by_side import amounts, kind_of, neutral_mode, open_loops
 from proofmass.runner.plan.memory import start
 
@@ -38,7 +37,7 @@ class OverPhases:
 
     def __init__(self, points: OperatingPoints) -> None:
         self._points = points
-        self._settled = dict[tuple[Entry, int, int], Linearisation]()  # by entry, period and phase
+        self._settled = dict[tuple[Entry, int, int], Linearisation | None]()  # by entry, period and phase
         self._worst = dict[Endpoint, dict[str, Linearisation]]()  # at the phase at which a figure is least
 
     def noted(self, found: Margins, node: Endpoint) -> Margins:
@@ -57,68 +56,72 @@ class OverPhases:
             return found
         if not (entry and told):
             return found
-        gains, phases = told
-        self._worst[node] = {
-            figure: self._turned(about, entry, values.index(min(values)), ends)
-            for figure, values in {"gain_margin": gains, "phase_margin": phases}.items()
-        }
-        stable = [pair for pair in zip(gains, phases, strict=True) if -math.inf not in pair]
-        text = ranges(*zip(*stable, strict=True)) + "; unstable at some" * (len(stable) < len(gains))
+        worst = worst_of(told)
+        places = {name: [row[name] for row in told].index(value) for name, value in worst.items()}
+        self._worst[node] = {name: self._turned(about, entry, place, ends) for name, place in places.items()}
+        stable = [row for row in told if row["gain_margin"] != -math.inf]
+        text = ranges(stable) + "; unstable at some" * (len(stable) < len(told))
         note = f"over the phase of {entry[0]} to the schedule, which nothing holds: {text}"
-        return replace(found, system=system.noted(note), least_over_phases=(min(gains), min(phases)))
+        return replace(found, system=system.noted(note), elsewhere=worst)
 
-    def at_worst(self, node: Endpoint, figure: str) -> OpenLoop:
-        """Return a loop that has a range, with derivatives by parameters, at the phase at which a figure is least."""
-        return self._worst[node][figure].loop(node, by_parameters=True)
+    def at_worst(self, node: Endpoint, figure: str) -> OpenLoop | None:
+        """Return a loop, with derivatives by parameters, at the phase at which a figure is worst; None without any."""
+        phases = self._worst.get(node)
+        return phases[figure].loop(node, by_parameters=True) if phases else None
 
-    def _told(
-        self, found: Margins, about: Linearisation, ends: Ends, entry: Entry
-    ) -> tuple[list[float], list[float]] | None:
-        """Return gain and phase margins from phase to phase; None where they hardly change.
-
-        They are minus infinity where the loop is unstable. Raises `ModelError`.
-        """
+    def _told(self, found: Margins, about: Linearisation, ends: Ends, entry: Entry) -> list[dict[str, float]] | None:
+        """Return what a loop may require from phase to phase; None where it hardly changes. Raises `ModelError`."""
 
         @cache
         def loop(number: int) -> OpenLoop:
             onward = Onward(about.course, self._turned(about, entry, number, ends).memory())
             return of_wires(OrbitRun(about.plan, ends, onward).map(0), about.plan.period)
 
-        def place(number: int) -> float:
-            return float(held_in(self._turned(about, entry, number, ends).memory(), entry, NO_RINGS))
-
         def apart(first: int, second: int, by: float) -> bool:
             return loop(first).differs(loop(second), by)
 
         if not (apart(0, 1, FROZEN) or apart(0, 3, FROZEN)):
             return None
-        if any(_off_turns(place(number) - place(0) - number / PHASES) > _UNEVEN / PHASES for number in (1, 3)):
-            return None  # something else holds it, as what vibrates from the start
+        if any(self._is_off(about, entry, n, ends) and margins_at(loop(n), "", "").stable for n in (1, 3)):
+            return None  # something else holds it, as what vibrates from the start: no loop that grows moves it
         twice = not (apart(0, 4, _ALIKE) or apart(1, 5, _ALIKE))  # as a square, in a turn
-        gains, phases = [found.least_gain_margin], [found.phase_margin or math.inf]
-        for system in map(loop, range(1, PHASES // 2 if twice else PHASES)):
-            gain, phase = _quickly(found, system) or _limits(margins_at(system, found.loop, found.open_at))
-            gains, phases = [*gains, gain], [*phases, phase]
-        return gains, phases
+        others = map(loop, range(1, PHASES // 2 if twice else PHASES))
+        return [required(found), *(_quickly(found, one) or required(margins_at(one, "", "")) for one in others)]
 
     def _turned(self, about: Linearisation, entry: Entry, number: int, ends: Ends) -> Linearisation:
         """Return where a run settles that began so many parts of a turn on.
 
-        One that does not settle, as where the loop is unstable, is turned where that of the loop has
-        settled. Raises `ModelError`.
+        One that does not settle so far on, as where the loop is unstable, is turned where that of
+        the loop has settled. Raises `ModelError`.
         """
-        course, period, turn = about.course, ends.common_period(about.plan), {entry: number / PHASES}
+        begun = self._begun(about, entry, number, ends)
+        if begun is not None and not self._is_off(about, entry, number, ends):
+            return begun
+        course, turn = about.course, {entry: number / PHASES}
+        tick = about.tick - about.tick % ends.common_period(about.plan)
+        own = Course(course.plan, course, begin=moved(course.at(tick), turn, NO_RINGS))
+        return Linearisation(about.plan, own, tick, at=SETTLED)
+
+    def _begun(self, about: Linearisation, entry: Entry, number: int, ends: Ends) -> Linearisation | None:
+        """Return where a run settles that began so many parts of a turn on; None if it does not."""
+        course, period = about.course, ends.common_period(about.plan)
         key = entry, period, number
         if key not in self._settled:
-            own = Course(course.plan, course, begin=moved(start(course.plan), turn, NO_RINGS))
+            own = Course(course.plan, course, begin=moved(start(course.plan), {entry: number / PHASES}, NO_RINGS))
             try:
                 tick = settled_tick(own)
-                tick += -tick % period
+                self._settled[key] = Linearisation(about.plan, own, tick + -tick % period, at=SETTLED)
             except ModelError:
-                tick = about.tick - about.tick % period
-                own = Course(course.plan, course, begin=moved(course.at(tick), turn, NO_RINGS))
-            self._settled[key] = Linearisation(about.plan, own, tick, at=SETTLED)
+                self._settled[key] = None
         return self._settled[key]
+
+    def _is_off(self, about: Linearisation, entry: Entry, number: int, ends: Ends) -> bool:
+        """Return whether a run that settles does so at another phase than that with which it began."""
+        first, there = (self._begun(about, entry, n, ends) for n in (0, number))
+        if first is None or there is None:
+            return False
+        places = (float(held_in(of.memory(), entry, NO_RINGS)) for of in (there, first))
+        return _off_turns(next(places) - next(places) - number / PHASES) > _UNEVEN / PHASES
 
 
 def _turning(about: Linearisation, point: OrbitPoint, blocks: Collection[str]) -> Entry | None:
@@ -142,13 +145,8 @@ def _off_turns(number: float) -> float:
     return abs(number - round(number))
 
 
-def _limits(found: Margins) -> tuple[float, float]:
-    """Return gain and phase margin, minus infinity of a loop that is unstable."""
-    return (found.least_gain_margin, found.phase_margin or math.inf) if found.stable else (-math.inf, -math.inf)
-
-
-def _quickly(found: Margins, system: OpenLoop) -> tuple[float, float] | None:
-    """Return the gain and phase margin of a loop like another one in floating point, None if they are not sure."""
+def _quickly(found: Margins, system: OpenLoop) -> dict[str, float] | None:
+    """Return what a loop like another one may require in floating point, None if that is not sure."""
     loop, turn = open_loops(system), 2.0 * math.pi * system.map.period
     neutral = neutral_mode(loop) if len(system.map.states) > 1 else None
     if neutral is None:
@@ -156,7 +154,4 @@ def _quickly(found: Margins, system: OpenLoop) -> tuple[float, float] | None:
     left, _ = neutral.left_out(loop)
     crossovers = ([turn * f for f in each] for each in (found.gain_crossovers, found.phase_crossovers))
     figures = amounts(left, kind_of(left, *crossovers))
-    if not (figures.certain[0] and figures.stable[0]):
-        return None
-    gain = least_gain_margin(float(figures.gain_margin[0]), float(figures.gain_reduction[0]))
-    return gain, float(figures.phase_margin[0])
+    return figures.required(0, system.map.period) if figures.certain[0] and figures.stable[0] else None

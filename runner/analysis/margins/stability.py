@@ -14,8 +14,7 @@ from proofmass.runner.analysis.linearisation.linearise import loop_nodes
 from proofmass.runner.analysis.linearisation.map_blocks import coarse_blocks
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole
-from proofmass.runner.analysis.margins.figures import decibels
-from proofmass.runner.analysis.margins.margins import Margins, margins_of
+from proofmass.runner.analysis.margins.margins import Margins, margins_of, worst_of
 from proofmass.runner.analysis.margins.over_phases import OverPhases
 from proofmass.runner.analysis.margins.rounded import with_rounding
 from proofmass.runner.analysis.margins.text import BUT_ROUNDING, but_rounding
@@ -112,11 +111,18 @@ def _missed(name: str, loop: Loop, margins: Margins) -> Iterator[Problem]:
         yield Problem(
             message=f"the {key.replace('_', ' ')} of the loop is not kept",
             key=f"loops.{name}.{key}",
-            got=f"{value:.4g} {unit}" + f", {AT_ANOTHER_PHASE}" * (value != _in_its_run(margins, key)),
+            got=f"{value:.4g} {unit}" + _where(margins, key),
             expected=f"at {'most' if peak else 'least'} {limit:g} {unit}",
             hint=f"proofmass margins shows what limits it; it is opened at {margins.open_at}",
             path=path,
         )
+
+
+def _where(margins: Margins, key: str) -> str:
+    """Return where else the worst of a figure is, nothing where it is that of the margins."""
+    if attained(margins, key) == margins.value(key):
+        return ""
+    return ", at another instant ahead" if margins.system.map.others else f", {AT_ANOTHER_PHASE}"
 
 
 def _slowest(pole: Pole, sampled: bool) -> str:
@@ -143,17 +149,7 @@ def _way_back(margins: Margins) -> str:
 def attained(margins: Margins, key: str) -> float:
     """A margin of a stable loop by the name and in the unit of its requirement; without limit it is infinite.
 
-    Where phases of an oscillation are looked at, it is the least over them.
+    It is the worst of those at other phases of an oscillation, or instants ahead, that were looked at.
     """
-    gain, phase = margins.least_over_phases or (math.inf, math.inf)
-    others = {"gain_margin": gain, "phase_margin": math.degrees(phase)}
-    return min(_in_its_run(margins, key), others.get(key, math.inf))
-
-
-def _in_its_run(margins: Margins, key: str) -> float:
-    if key == "gain_margin":
-        return margins.least_gain_margin
-    if key == "sensitivity_peak":
-        return decibels(margins.sensitivity_peak) or 0.0
-    value = margins.phase_margin if key == "phase_margin" else margins.delay_margin
-    return math.inf if value is None else math.degrees(value) if key == "phase_margin" else value
+    own = margins.value(key)
+    return worst_of([{key: own}, {key: margins.elsewhere.get(key, own)}])[key]

@@ -270,11 +270,11 @@ class _FiguresOfLoop:
         """Return a figure, and its derivatives by the free parameters."""
         own = value_of_figure(self._found, figure)
         least = attained(self._found, figure) if figure in REQUIREMENTS else own
-        if least == -math.inf:
+        if self._found.elsewhere.get("gain_margin") == -math.inf:
             return NoValue(f"the loop {self._found.loop} is unstable {AT_ANOTHER_PHASE}", unstable=True)
         if not self._free:
             return Reading(least, {})
-        system = self._now if least == own else self._phases.at_worst(self._node, figure)
+        system = (self._phases.at_worst(self._node, figure) if least != own else None) or self._now
         at_one = self._found if least == own and not system.map.others else margins_at(system, "", "")
         return Reading(least, read_figure(at_one, system, figure, self._free).slopes)
 

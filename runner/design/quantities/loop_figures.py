@@ -18,7 +18,6 @@ import numpy as np
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.step import step_response
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
-from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.analysis.margins.lifted import closed_samples, largest
 from proofmass.runner.analysis.margins.margins import Margins, margins_at
@@ -70,15 +69,7 @@ def value_of_figure(margins: Margins, figure: str) -> float:
     """Return a figure of a stable loop in its unit; infinite where there is no limit."""
     if figure in ("overshoot", "settling_time"):
         return step_figures(margins)[figure]
-    value = {
-        "gain_margin": margins.least_gain_margin,
-        "phase_margin": margins.phase_margin and math.degrees(margins.phase_margin),
-        "delay_margin": margins.delay_margin,
-        "disk_margin": margins.disk_margin,
-        "sensitivity_peak": decibels(margins.sensitivity_peak),
-        "bandwidth": margins.bandwidth,
-    }[figure]
-    return math.inf if value is None else float(value)
+    return margins.value(figure)
 
 
 class _Response:

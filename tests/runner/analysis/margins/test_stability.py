@@ -1,14 +1,18 @@
 """What is said of a loop that does not keep its requirements, from margins that were written by hand."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from proofmass import margins, read_graph
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.analysis.linearisation.poles import Pole
-from proofmass.runner.analysis.margins.stability import _missed
+from proofmass.runner.analysis.margins.figures import Figures
+from proofmass.runner.analysis.margins.margins import least_of
+from proofmass.runner.analysis.margins.stability import _missed, attained
 
 
 def missed(loop: dict[str, float], **facts: Any) -> list[Problem]:
@@ -17,11 +21,12 @@ def missed(loop: dict[str, float], **facts: Any) -> list[Problem]:
     known |= {
         "system": SimpleNamespace(continuous=False),
         "open_at": "gain.output",
-        "least_gain_margin": 10.0,
-        "least_over_phases": None,
+        "elsewhere": {},
     }
-    known |= {"phase_margin": math.radians(30.0), "delay_margin": None, "sensitivity_peak": 2.0}
-    return list(_missed("main", SimpleNamespace(requirements=loop), SimpleNamespace(**{**known, **facts})))  # type: ignore[arg-type]
+    figures = {"gain_margin": 10.0**0.5, "phase_margin": math.radians(30.0), "sensitivity_peak": 2.0}
+    values = Figures(**{**figures, **{key: fact for key, fact in facts.items() if key == "delay_margin"}}).value
+    found = SimpleNamespace(**{**known, "value": values, **facts})
+    return list(_missed("main", SimpleNamespace(requirements=loop), found))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -66,3 +71,23 @@ def test_limits_that_are_kept_and_missed() -> None:
     ]
     (late,) = missed({"delay_margin": 2e-3}, delay_margin=1e-3)
     assert (late.got, late.expected) == ("0.001 s", "at least 0.002 s")
+
+
+@pytest.mark.defect(
+    "S1032", before="a phase margin of 50 deg, that of the instant with the least gain margin", after="30"
+)
+def test_what_is_required_holds_at_every_instant_ahead() -> None:
+    """One instant has the least gain margin, another one the least phase and delay margin, a third the highest peak."""
+    known = margins(read_graph("library:closed_loop_accelerometer"))
+    figures = [
+        {"gain_margin": 2.0, "phase_margin": math.radians(50.0), "delay_margin": 3e-3, "sensitivity_peak": 1.5},
+        {"gain_margin": 4.0, "phase_margin": math.radians(30.0), "delay_margin": 1e-3, "sensitivity_peak": 1.6},
+        {"gain_margin": 5.0, "phase_margin": math.radians(60.0), "delay_margin": None, "sensitivity_peak": 2.0},
+    ]
+    instants = [replace(known, **{"gain_reduction": None, **of}) for of in figures]
+    least = least_of([*instants, replace(known, verdict="unstable")])
+    assert least.gain_margin == pytest.approx(2.0)
+    expected = {"gain_margin": 20.0 * math.log10(2.0), "phase_margin": 30.0, "delay_margin": 1e-3}
+    expected["sensitivity_peak"] = 20.0 * math.log10(2.0)
+    assert {name: attained(least, name) for name in expected} == pytest.approx(expected)
+    assert least.as_data()["worst_phase_margin_deg"] == pytest.approx(30.0)
