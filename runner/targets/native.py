@@ -31,7 +31,7 @@ _Place: TypeAlias = tuple[type, int]
 BegunNumbers: TypeAlias = tuple[dict[str, AnyArray], dict[str, AnyArray], dict[VectorOf, AnyArray]]
 
 
-class Layout(NamedTuple):
+class LoopLayout(NamedTuple):
     """Places of the states of blocks, of wires, and of counters of overflows."""
 
     states: list[tuple[str, Any, list[_Place]]]
@@ -39,7 +39,7 @@ class Layout(NamedTuple):
     overflows: list[tuple[str, _Place | None]]
 
     @classmethod
-    def of(cls, plan: Plan, written: TickLoop, counted: Iterable[str]) -> "Layout":
+    def of(cls, plan: Plan, written: TickLoop, counted: Iterable[str]) -> "LoopLayout":
         """Return the places in a loop of a plan, with the overflows of some blocks."""
         kinds, states = written.memory.kinds, list[tuple[str, Any, list[_Place]]]()
         for name, block in plan.blocks.items():
@@ -228,8 +228,8 @@ class CompiledLoop:
         return [array.ctypes.data for array in self.arrays(())]
 
     @cached_property
-    def _layout(self) -> Layout:
-        return Layout.of(self.plan, self._written, self._counted)
+    def _layout(self) -> LoopLayout:
+        return LoopLayout.of(self.plan, self._written, self._counted)
 
 
 def settings(written: TickLoop) -> Settings:

@@ -21,7 +21,7 @@ from proofmass.runner.program.tick_loop import TickLoop, settled_before
 from proofmass.runner.program.varying import ALL
 from proofmass.runner.targets.lane_text import LanesOf
 from proofmass.runner.targets.machine_code import Settings, load_lanes
-from proofmass.runner.targets.native import Layout, arrays_of, block_values, dtype_of, finite_places, moving
+from proofmass.runner.targets.native import LoopLayout, arrays_of, block_values, dtype_of, finite_places, moving
 
 CHUNK = 1 << 20  # ticks of all lanes between looks at an interruption
 _WIDE = Settings(wide=True)  # vectors as wide as the processor has them
@@ -43,7 +43,7 @@ class CompiledLanes:
         named = zip(written.vectors, written.vector_kinds, strict=True)
         self.vectors = {node: self._vector(memory, node, kind) for node, kind in named}
         self.watched = finite_places(plan, written)
-        self.layout = Layout.of(plan, written, [name for name in plan.digital if name in memory.overflows])
+        self.layout = LoopLayout.of(plan, written, [name for name in plan.digital if name in memory.overflows])
 
     @property
     def size(self) -> int:

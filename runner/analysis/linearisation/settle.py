@@ -39,7 +39,7 @@ _STEPS = 8  # before each look
 
 
 @dataclass(frozen=True)
-class Watched:
+class RestingNumbers:
     """Real numbers that blocks of a plan remember, which must come to rest."""
 
     entries: tuple[Entry, ...]
@@ -49,8 +49,8 @@ class Watched:
     looped: frozenset[str]
 
 
-class Look(NamedTuple):
-    """How far numbers moved up to a tick, a row for each run, and which runs have settled by then."""
+class SettlingLook(NamedTuple):
+    """Motion of numbers up to a tick, a row for each run, and which runs have settled by then."""
 
     earlier: int
     tick: int
@@ -60,7 +60,7 @@ class Look(NamedTuple):
     settled: Truths
 
 
-def watched(plan: Plan) -> Watched:
+def resting_numbers(plan: Plan) -> RestingNumbers:
     """Return what must come to rest in a plan."""
     looped = set[str]().union(*loops(plan.readers))
     # what measures sum up goes on, and is in no order
@@ -68,10 +68,10 @@ def watched(plan: Plan) -> Watched:
     ticks = math.lcm(*(plan.schedule.divisors[name] for name in looped or names))
     begin = {entry: x for entry, x in NO_RINGS.states_of(start(plan), names) if isinstance(x, float)}
     own = np.array([name in looped for name, _, _ in begin], dtype=bool)
-    return Watched(tuple(begin), np.array([*begin.values()]), own, ticks, frozenset(looped))
+    return RestingNumbers(tuple(begin), np.array([*begin.values()]), own, ticks, frozenset(looped))
 
 
-def looks(of: Watched, runs: int, numbers: Callable[[int], Array]) -> Iterator[Look]:
+def looks(of: RestingNumbers, runs: int, numbers: Callable[[int], Array]) -> Iterator[SettlingLook]:
     """Yield what is seen of some runs, look after look; `numbers` returns theirs at the start of a tick, a row each."""
     periods, ticks = 0, of.ticks
     rows = {0: np.broadcast_to(of.begin, (runs, len(of.begin)))}
@@ -86,12 +86,12 @@ def looks(of: Watched, runs: int, numbers: Callable[[int], Array]) -> Iterator[L
         moves = np.abs(rows[periods] - rows[earlier]) * (of.own | one_way)
         shares = np.divide(np.maximum(moves, ways), largest, out=np.zeros_like(largest), where=largest > 0.0)
         still = np.where((shares <= TOLERANCE).all(axis=1), still + 1, 0)
-        yield Look(ticks * earlier, tick, moves, ways, shares, (still >= 2) & (tick >= FEWEST))
+        yield SettlingLook(ticks * earlier, tick, moves, ways, shares, (still >= 2) & (tick >= FEWEST))
 
 
 def settled_tick(course: Course, progress: Progress | None = None) -> int:
     """Return the base tick by which the loops have settled; raises `ModelError` that names what still moves."""
-    plan, of, got = course.plan, watched(course.plan), ""
+    plan, of, got = course.plan, resting_numbers(course.plan), ""
     try:
         for look in looks(of, 1, lambda tick: course.numbers(of.entries, tick, progress, MOST)[None]):
             if look.settled[0]:

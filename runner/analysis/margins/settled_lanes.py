@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.settle import looks, watched
+from proofmass.runner.analysis.linearisation.settle import looks, resting_numbers
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.tick_loop import bytes_of_a_run
@@ -48,7 +48,7 @@ class SettledLanes:
         values = {(name, key): np.array([getattr(of.blocks[name], key) for of in sensors]) for name, key in varied}
         alone = np.zeros(len(sensors), dtype=np.int64)  # no noise tells runs apart
         runs = Lanes(self._compiled[varied, lanes], self._plan.graph.seed, alone, values, sensors)
-        left, at = np.ones(len(sensors), dtype=bool), watched(self._plan)
+        left, at = np.ones(len(sensors), dtype=bool), resting_numbers(self._plan)
 
         def numbers(tick: int) -> np.ndarray:
             runs.advance(tick)
