@@ -93,7 +93,7 @@ class Neutral:
         axis = turned[:, -1].copy()
         axis[:, 0] += np.copysign(1.0, axis[:, 0])
         mirror = eye - axis[:, :, None] * axis[:, None] / np.abs(axis[:, :1, None])
-        a, b, c = mirror @ a @ mirror, np.einsum("kij,kj->ki", mirror, b), np.einsum("ki,kij->kj", c, mirror)
+        a, b, c = mirror @ a @ mirror, (mirror @ b[:, :, None])[:, :, 0], (c[:, None] @ mirror)[:, 0]
         once = (sizes[:, -1] <= _NO_MODE * sizes[:, 0]) & (sizes[:, -2] > _NEAR * sizes[:, 0])
         return OpenLoops(a[:, 1:, 1:], b[:, 1:], c[:, 1:], d), once
 
@@ -180,7 +180,7 @@ def responses(loops: OpenLoops, w: Array) -> Complex:
     a, b, c, d = loops
     known = np.exp(1j * np.where(np.isnan(w), 1.0, w))[:, :, None, None] * np.eye(a.shape[1]) - a[:, None]
     x = np.linalg.solve(known, np.broadcast_to(b[:, None, :, None], (*w.shape, a.shape[1], 1)))[..., 0]
-    return np.where(np.isnan(w), np.nan, np.einsum("ki,kwi->kw", c, x) + d[:, None])
+    return np.where(np.isnan(w), np.nan, (x @ c[:, :, None])[:, :, 0] + d[:, None])
 
 
 class _Chain:
@@ -307,8 +307,8 @@ def _polynomials(loops: OpenLoops) -> tuple[Array, Array]:
     above, below = np.zeros((count, n + 1)), np.zeros((count, n + 1))
     below[:, n] = 1.0
     for k in range(1, n + 1):
-        above[:, n - k] = np.einsum("ki,kij,kj->k", c, adjoint, b)
+        above[:, n - k] = (c[:, None] @ (adjoint @ b[:, :, None]))[:, 0, 0]
         product = m @ adjoint
-        below[:, n - k] = np.einsum("kii->k", product) / -k
+        below[:, n - k] = np.ascontiguousarray(np.diagonal(product, axis1=1, axis2=2)).sum(axis=1) / -k
         adjoint = product + below[:, n - k, None, None] * eye
     return above + d[:, None] * below, below

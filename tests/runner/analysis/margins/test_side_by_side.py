@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.margins.side_by_side import Amounts, LoopKind, OpenLoops, amounts, kind_of
+from proofmass.runner.analysis.margins.side_by_side import Amounts, LoopKind, Neutral, OpenLoops, amounts, kind_of
 
 NEAR = {"rel": 1e-9, "abs": 1e-12}
 GAINS = [0.5, 0.45, 0.52, 0.61]
@@ -145,3 +145,24 @@ def test_two_crossovers_close_to_each_other() -> None:
         lags = np.angle(-k / (z * z - 2.0 * r * math.cos(ANGLE) * z + r * r))
         assert found.phase_margin[row] == pytest.approx(np.min(np.abs(lags)), rel=1e-6)
         assert found.delay_margin[row] == pytest.approx(np.min(lags % (2.0 * math.pi) / crossovers), rel=1e-6)
+
+
+@pytest.mark.defect(
+    "S1033", before="last digits by how many run side by side: another digest with 8 or 16 lanes", after="none"
+)
+@pytest.mark.parametrize("states", [2, 3, 7])
+@pytest.mark.parametrize("seen", [False, True])
+def test_a_loop_has_the_same_bits_alone_and_among_others(states: int, seen: bool) -> None:
+    """Sums over states would come in another order, were a single loop taken as one of fewer dimensions."""
+    random = np.random.default_rng(3)
+    whole = random.normal(size=(17, states + 1, states + 1)) / states  # of which loops of sensors are parts
+    several = OpenLoops(whole[:, :-1, :-1], whole[:, :-1, -1], -whole[:, -1, :-1], -whole[:, -1, -1])
+    kind = LoopKind(np.ones(states), (0.5, 1.5), (2.0,))
+    neutral = Neutral(random.uniform(0.5, 2.0, states), seen)
+    together, left = amounts(several, kind), neutral.left_out(several)[0]
+    for number in range(17):
+        own = OpenLoops(*(part[number : number + 1] for part in several))
+        one, among = amounts(own, kind), (part[number : number + 1] for part in together[:-1])  # of as many places
+        assert [part.tobytes() for part in one[:-1]] == [part.tobytes() for part in among]
+        alone = neutral.left_out(own)[0]
+        assert [part.tobytes() for part in alone] == [part[number : number + 1].tobytes() for part in left]
