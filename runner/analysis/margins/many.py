@@ -39,6 +39,7 @@ from proofmass.runner.analysis.margins.side_by_side import (
     OpenLoops,
     amounts,
     grows,
+    in_rows,
     kind_of,
     neutral_mode,
     open_loops,
@@ -357,7 +358,7 @@ def _of_states(whole: Array, slopes: TickSlopes, period: _Period) -> OpenLoops:
     """Return the loops of a period, with the sign of negative feedback."""
     states, size = [slopes.places.index(period.places[state]) for state in period.states], len(slopes.places)
     rows = whole[:, states]
-    return OpenLoops(rows[:, :, states], rows[:, :, size], -whole[:, size, states], -whole[:, size, size])
+    return in_rows(OpenLoops(rows[:, :, states], rows[:, :, size], -whole[:, size, states], -whole[:, size, size]))
 
 
 def margins_alone(sensor: Plan, at: str, like: Course | None = None, over: bool = False) -> MarginValues | ModelError:

@@ -42,6 +42,11 @@ class OpenLoops(NamedTuple):
     d: Array
 
 
+def in_rows(loops: OpenLoops) -> OpenLoops:
+    """Return loops whose numbers lie one after the other: the order of sums follows from where they lie."""
+    return OpenLoops(*map(np.ascontiguousarray, loops))
+
+
 def open_loops(system: OpenLoop) -> OpenLoops:
     """Return a loop with one value of the wire in a period as a row."""
     a, b, c, d = system.matrices
@@ -117,7 +122,7 @@ def _closed(loops: OpenLoops) -> Array:
 
 def _scaled(loops: OpenLoops, s: Array) -> OpenLoops:
     a, b, c, d = loops
-    return OpenLoops(a * s / s[:, None], b / s, c * s, d)
+    return in_rows(OpenLoops(a * s / s[:, None], b / s, c * s, d))
 
 
 class Amounts(NamedTuple):

@@ -156,7 +156,8 @@ def test_a_loop_has_the_same_bits_alone_and_among_others(states: int, seen: bool
     """Sums over states would come in another order, were a single loop taken as one of fewer dimensions."""
     random = np.random.default_rng(3)
     whole = random.normal(size=(17, states + 1, states + 1)) / states  # of which loops of sensors are parts
-    several = OpenLoops(whole[:, :-1, :-1], whole[:, :-1, -1], -whole[:, -1, :-1], -whole[:, -1, -1])
+    rows = [*range(states)]
+    several = OpenLoops(whole[:, rows][:, :, rows], whole[:, :-1, -1], -whole[:, states, rows], -whole[:, -1, -1])
     kind = LoopKind(np.ones(states), (0.5, 1.5), (2.0,))
     neutral = Neutral(random.uniform(0.5, 2.0, states), seen)
     together, left = amounts(several, kind), neutral.left_out(several)[0]
