@@ -76,13 +76,15 @@ def test_gyroscopes_of_the_gallery(name: str, monkeypatch: pytest.MonkeyPatch) -
     planned = plan(proofmass.read_graph(f"library:{name}"))
     gains = [n for n, block in planned.blocks.items() if isinstance(getattr(block, "gain", None), float)]
     dice = np.random.default_rng(1)
-    drawn = [{f"{n}.gain": planned.blocks[n].gain * (1.0 + 0.03 * dice.normal()) for n in gains} for _ in range(2)]  # type: ignore[attr-defined]
+    drawn = [{f"{n}.gain": planned.blocks[n].gain * (1.0 + 0.03 * dice.normal()) for n in gains} for _ in range(4)]  # type: ignore[attr-defined]
     sensors = [varied(planned, changed_blocks(planned.blocks, draw)) for draw in drawn]
     alone = [margins_alone(sensor, "auto") for sensor in sensors]
     many = ManyMargins(planned, "auto")
     monkeypatch.setattr(ALONE, None)
-    for values, expected in zip(many.values(sensors), alone, strict=True):
+    together = many.values(sensors)
+    for values, expected in zip(together, alone, strict=True):
         assert values == pytest.approx(expected, rel=1e-9)
+    assert [many.values([sensor])[0] for sensor in sensors] == together
 
 
 @pytest.mark.defect("S803", before="unstable, by a phase that no loop moves", after="marginal: rounding")
