@@ -7,12 +7,14 @@ import pytest
 from proofmass import noise, read_graph
 from proofmass.blocks import AnalogToDigital, DiscreteTransferFunction, WhiteNoise
 from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.decisions.one_bit import noise_at
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.period_map import period_map
+from proofmass.runner.analysis.noise import grids
 from proofmass.runner.analysis.noise.budget import budget_at
 from proofmass.runner.analysis.noise.grids import errors_about
 from proofmass.runner.analysis.noise.validity import dithers
@@ -57,3 +59,52 @@ def test_from_value_to_value_slow_noise_moves_a_converter_by_little(pole: float)
     variance = size**2 / (1.0 - pole**2)
     assert dither.rms == pytest.approx(math.sqrt(variance), rel=1e-9)
     assert dither.change == pytest.approx(math.sqrt(2.0 * (1.0 - pole) * variance), rel=1e-9)
+
+
+WALKING = """
+name = "noise that grows and shrinks with a gain"
+rate = "1 kHz"
+samples = 2000
+wires = ["gain.output -> size.first", "noise.output -> size.second", "size.output -> adc.voltage",
+         "adc.number -> mean.input"]
+probes = ["mean.mean"]
+[blocks.gain]
+kind = "Sine"
+frequency = "2 Hz"
+amplitude = 1.0
+offset = 1.5
+[blocks.noise]
+kind = "WhiteNoise"
+density = "{density} V/sqrt(Hz)"
+unit = "V"
+[blocks.size]
+kind = "Product"
+second_unit = "V"
+[blocks.adc]
+kind = "AnalogToDigital"
+bits = 8
+reference = "10 V"
+[blocks.mean]
+kind = "Decimator"
+ratio = 500
+"""
+
+
+@pytest.mark.parametrize("density", ["0.01", "0.002"], ids=["white errors", "too little noise"])
+def test_stretches_of_a_period_say_what_all_of_it_does(density: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing lasts before the converter; noise is least at one place of a period of 500 ticks, where the gain is."""
+    planned = plan(read_graph_text(WALKING.replace("{density}", density)))
+    found = {}
+    for stretch in (7, 64, 1 << 20):
+        monkeypatch.setattr(grids, "_STRETCH", stretch)
+        budget = budget_at(OperatingPoints(planned, "500 ms"), "mean.mean")
+        (dither,) = [source.dither for source in budget.sources if source.dither]
+        found[stretch] = budget.rms, dither.rms, dither.change, dither.apart, budget.notes
+    for stretch in (7, 64):
+        assert found[stretch][:3] == pytest.approx(found[1 << 20][:3], rel=1e-9)
+        assert found[stretch][3] >= found[1 << 20][3], (
+            "only four values of a stretch are asked whether they lie on a grid"
+        )
+        assert found[stretch][4] == found[1 << 20][4]
+    steps = float(density) * math.sqrt(500.0) * 0.5 / (20.0 / 256.0)  # where the gain is at its least
+    assert found[7][1] == pytest.approx(steps, rel=0.01)
