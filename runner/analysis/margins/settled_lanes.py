@@ -63,14 +63,17 @@ class SettledLanes:
         return found
 
     def _varied(self, sensors: Sequence[Plan]) -> frozenset[Endpoint]:
-        """Return the parameters in which sensors differ from the plan; none if one of these is not a real number."""
-        varied = set[Endpoint]()
+        """Return the parameters in which sensors differ from the plan; none if one of these is not a real number.
+
+        What a wire gives is none.
+        """
+        varied, driven = set[Endpoint](), self._plan.schedule.drivers
         for name, block in self._plan.blocks.items():
             others = {id(of.blocks[name]): of.blocks[name] for of in sensors if of.blocks[name] is not block}
             for parameter in type(block).parameters if others else ():
                 own = getattr(block, parameter)
                 values = [getattr(other, parameter) for other in others.values()]
-                if all(value is own or value == own for value in values):
+                if (name, parameter) in driven or all(value is own or value == own for value in values):
                     continue
                 if not all(isinstance(value, float) for value in (own, *values)):
                     return frozenset()

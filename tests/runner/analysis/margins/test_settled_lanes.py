@@ -92,3 +92,11 @@ def test_figures_are_those_of_the_certified_path(monkeypatch: pytest.MonkeyPatch
     assert ManyMargins(planned, "settled").values(sensors) == apart
     for values, sensor in zip(apart[:2], sensors, strict=False):
         assert values == pytest.approx(margins_alone(sensor, "settled"), rel=1e-11)
+
+
+def test_a_parameter_that_a_wire_gives_does_not_tell_sensors_apart() -> None:
+    driven = lagging()
+    wires = [*map(str, driven.wires), "one.output -> gain.gain"]
+    planned = plan(Graph(name="driven", rate="1 kHz", duration="1 s", blocks=driven.blocks, wires=wires))
+    sensors = sensors_of(planned, [{"gain.gain": gain} for gain in _GAINS])
+    assert side_by_side(planned, sensors) == [None] * 8, "all are alike: there is nothing to run side by side"
