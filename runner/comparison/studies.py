@@ -2,8 +2,8 @@
 their sensors scatter.
 
 The unit that is independent is the sensor: it is at every point of a sweep and at every age, so
-that runs of several points are no larger a sample. Of each group of Saltelli's design the first
-sensor is compared. Where both studies drew the same sensors (equal seed, design and spread
+that runs of several points are no larger a sample. A group of Saltelli's design counts as one
+sensor, with the mean of its runs. Where both studies drew the same sensors (equal seed, design and spread
 parameters), each sensor is compared with itself; otherwise two independent samples are. The
 probabilities of all comparisons are those of Holm (Scandinavian Journal of Statistics 6 (1979) 65):
 the chance of even one false "moved" is at most five per cent.
@@ -21,7 +21,7 @@ from proofmass.graphs.studies.study import Study
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.studies.outcome.intervals import LEVEL, Bounds, mean_interval
 from proofmass.runner.studies.outcome.result import StudyResult
-from proofmass.runner.studies.shown.points import by_point, point_text
+from proofmass.runner.studies.shown.points import by_point, point_text, same_sensors
 
 ALL = "all limits"
 
@@ -98,17 +98,15 @@ def compare_studies(before: StudyResult, after: StudyResult) -> StudyComparison:
     paired = _same_sensors(before.study, after.study)
     means, yields, alone = list[MeanChange](), list[YieldChange](), list[str]()
     for point, first, second in _points(before, after):
-        places: tuple[Any, Any] = (slice(None), slice(None))
         if paired:
-            sensors = (part.numbers // part.study.points for part in (first, second))
-            _, *places = np.intersect1d(*sensors, assume_unique=True, return_indices=True)  # type: ignore[call-overload]
-        for name, unit, age, values in _columns(first, second, places, paired=paired):
+            first, second = same_sensors(first, second)
+        for name, unit, age, values in _columns(first, second, paired=paired):
             if min(map(len, values)) > 1:
                 means.append(_mean_change((point, name, unit, age), *values, paired=paired))
             elif min(map(len, values)) == 1 and not np.array_equal(values[0], values[1]):
                 alone.append(" ".join(filter(None, (name, point))))
-        yields += _yields(point, first, second, places, paired=paired)
-        yields += _with_values(point, first, second, places, paired=paired)
+        yields += _yields(point, first, second, paired=paired)
+        yields += _with_values(point, first, second, paired=paired)
     adjusted = iter(_holm([*(mean.probability for mean in means), *(part.probability for part in yields)]))
     return StudyComparison(
         (*changes, *units),
@@ -141,7 +139,7 @@ def _same_sensors(before: Study, after: Study) -> bool:
 
 def _points(before: StudyResult, after: StudyResult) -> list[tuple[str, StudyResult, StudyResult]]:
     """Return the points that both studies have; without any, the points in their order, or all against a single one."""
-    parts = [[_one_of_each_draw(part) for part in by_point(result)] for result in (before, after)]
+    parts = [by_point(result) for result in (before, after)]
     keys = [[_key(result.study, point) for point in range(result.study.points)] for result in (before, after)]
     pairs = [(first, keys[1].index(key)) for first, key in enumerate(keys[0]) if key in keys[1]]
     if not pairs:
@@ -154,33 +152,24 @@ def _points(before: StudyResult, after: StudyResult) -> list[tuple[str, StudyRes
     ]
 
 
-def _one_of_each_draw(result: StudyResult) -> StudyResult:
-    """Return the runs at a point that are independent."""
-    _, first = np.unique(result.study.draw(result.numbers), return_index=True)
-    chosen = np.isin(np.arange(len(result.numbers)), first)
-    return result if chosen.all() else result.some(chosen, result.study.designed.group)
-
-
 def _key(study: Study, point: int) -> tuple[Any, ...]:
     return (*sorted(study.point(point).items()), study.recalibrated_every(point))
 
 
 def _columns(
-    before: StudyResult, after: StudyResult, places: tuple[Any, Any], *, paired: bool
+    before: StudyResult, after: StudyResult, *, paired: bool
 ) -> Iterator[tuple[str, str, float, list[AnyArray]]]:
     """Yield each measure at each age that both studies have, with its unit and its values of both."""
     units, units_after = ({measure.name: measure.unit for measure in part.measures} for part in (before, after))
     ages = [age for age in before.study.epochs if age in after.study.epochs]
     for name in (name for name in before.values if units_after.get(name) == units[name]):
         for age in ages:
-            values = [
-                result[name][place, result.study.epochs.index(age)]
-                for result, place in zip((before, after), places, strict=True)
-            ]
-            sound = [np.isfinite(column) for column in values]
+            values = [result[name][:, result.study.epochs.index(age)] for result in (before, after)]
             if paired:
-                sound = [sound[0] & sound[1]] * 2
-            yield name, units[name], age, [column[of] for column, of in zip(values, sound, strict=True)]
+                known = np.logical_and(*map(np.isfinite, values))
+                values = [np.where(known, column, np.nan) for column in values]
+            values = [result.of_draws(column) for result, column in zip((before, after), values, strict=True)]
+            yield name, units[name], age, [column[np.isfinite(column)] for column in values]
 
 
 def _mean_change(place: tuple[str, str, str, float], first: AnyArray, second: AnyArray, *, paired: bool) -> MeanChange:
@@ -220,30 +209,24 @@ def _probability(difference: float, variance: float, freedom: float) -> float:
     return 2.0 * float(stdtr(freedom, -abs(difference) / math.sqrt(variance)))
 
 
-def _yields(
-    point: str, before: StudyResult, after: StudyResult, places: tuple[Any, Any], *, paired: bool
-) -> Iterator[YieldChange]:
+def _yields(point: str, before: StudyResult, after: StudyResult, *, paired: bool) -> Iterator[YieldChange]:
     """Yield the changes of each limit at all ages together, and at each age that both have, if there are several."""
     shared = [name for name in before.study.limits if name in after.study.limits]
     ages = [age for age in before.study.epochs if age in after.study.epochs]
     for name in [*shared, *([ALL] if shared else [])]:
-        within = [_within(result, name)[place] for result, place in zip((before, after), places, strict=True)]
-        if min(map(len, within)):
+        if min(len(before.numbers), len(after.numbers)):
             for age in (None, *(ages if len(ages) > 1 else ())):
-                one, other = (_at(rows, part.study, age) for rows, part in zip(within, (before, after), strict=True))
+                one, other = (part.of_draws(_at(_within(part, name), part.study, age)) for part in (before, after))
                 probability = _yield_probability(one, other, paired=paired)
                 yield YieldChange(point, name, age, float(one.mean()), float(other.mean()), probability)
 
 
-def _with_values(
-    point: str, before: StudyResult, after: StudyResult, places: tuple[Any, Any], *, paired: bool
-) -> Iterator[YieldChange]:
+def _with_values(point: str, before: StudyResult, after: StudyResult, *, paired: bool) -> Iterator[YieldChange]:
     """Yield the changes of the part whose measure has a value, for measures and ages at which some have none."""
     for name in (name for name in before.values if name in after.values):
         for age in (age for age in before.study.epochs if age in after.study.epochs):
             one, other = (
-                np.isfinite(part[name][place, part.study.epochs.index(age)])
-                for part, place in zip((before, after), places, strict=True)
+                part.of_draws(np.isfinite(part[name][:, part.study.epochs.index(age)])) for part in (before, after)
             )
             if len(one) and len(other) and 0.0 < np.concatenate((one, other)).mean() < 1.0:
                 probability = _yield_probability(one, other, paired=paired)
@@ -263,14 +246,18 @@ def _at(within: AnyArray, study: Study, age: float | None) -> AnyArray:
 
 
 def _yield_probability(first: AnyArray, second: AnyArray, *, paired: bool) -> float:
-    """McNemar's exact test of sensors that changed sides, or Fisher's of two samples."""
+    """McNemar's exact test of sensors that changed sides, or Fisher's of two samples.
+
+    Of a group of Saltelli's design the part of its runs counts: which way it moved, or as so much of a sensor.
+    """
     # for start-up time: graphs and runs are compared without it
     from scipy.stats import binomtest, fisher_exact
 
     if paired:
-        lost, won = int((first & ~second).sum()), int((second & ~first).sum())
+        lost, won = int((second < first).sum()), int((second > first).sum())
         return float(binomtest(won, lost + won).pvalue) if lost + won else 1.0
-    table = [[int(column.sum()), int((~column).sum())] for column in (first, second)]
+    good = [round(float(column.sum())) for column in (first, second)]
+    table = [[sound, len(column) - sound] for sound, column in zip(good, (first, second), strict=True)]
     test: Any = fisher_exact(table)
     return float(test.pvalue)
 

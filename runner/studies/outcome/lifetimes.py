@@ -34,7 +34,7 @@ class Lifetimes:
     good_intervals: tuple[Bounds, ...]
     surviving: AnyArray  # part that has never left them
     surviving_intervals: tuple[Bounds, ...]
-    good_at_last: AnyArray  # whether each sensor is within its limits at the last age
+    good_at_last: AnyArray  # part of each sensor's runs within their limits at the last age
     band: float  # half of the band of the survival curve
     law: Weibull | None  # of the sensors that are good at the first age
     time_out: float  # mean part of the time, from the first age to the last, out of tolerance
@@ -81,25 +81,25 @@ def _of(result: StudyResult, name: str, first: int, good: AnyArray) -> Lifetimes
     ages = result.study.epochs[first:]
     good = good[:, first:]
     never_left = np.logical_and.accumulate(good, axis=1)
-    runs, sensors = len(good), result.sensors
-    alive = never_left.sum(axis=0)
+    sensors, of_sensors = result.sensors, result.of_draws(good)
+    alive = result.of_draws(never_left).sum(axis=0)
     edges, left = ages, (-np.diff(alive)).tolist()
     if ages[0] > 0.0:  # a sensor that is bad when new has no lifetime; all others leave after that
-        edges, left = (0.0, *ages), [runs - int(alive[0]), *left]
+        edges, left = (0.0, *ages), [sensors - float(alive[0]), *left]
     spans = np.diff(ages)
-    out = (~good[:, :-1] @ spans) / spans.sum() if len(ages) > 1 else np.zeros(runs)
+    out = (~good[:, :-1] @ spans) / spans.sum() if len(ages) > 1 else np.zeros(len(good))
     return Lifetimes(
         limit=name,
         sensors=sensors,
         epochs=tuple(range(first, first + len(ages))),
         ages=tuple(ages),
-        good=good.mean(axis=0),
-        good_intervals=tuple(part_interval(part * sensors, sensors) for part in good.mean(axis=0).tolist()),
-        surviving=alive / runs,
-        surviving_intervals=tuple(part_interval(number / runs * sensors, sensors) for number in alive.tolist()),
-        good_at_last=good[:, -1],
+        good=of_sensors.mean(axis=0),
+        good_intervals=tuple(part_interval(number, sensors) for number in of_sensors.sum(axis=0).tolist()),
+        surviving=alive / sensors,
+        surviving_intervals=tuple(part_interval(number, sensors) for number in alive.tolist()),
+        good_at_last=of_sensors[:, -1],
         band=math.sqrt(math.log(2.0 / (1.0 - LEVEL)) / (2.0 * sensors)),
-        law=weibull(edges, left, int(alive[-1])),
-        time_out=float(out.mean()),
+        law=weibull(edges, left, float(alive[-1])),
+        time_out=float(result.of_draws(out).mean()),
         time_out_interval=result.mean_of_sensors(out),
     )

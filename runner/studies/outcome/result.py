@@ -81,12 +81,24 @@ class StudyResult(Plotted):
     @cached_property
     def sensors(self) -> int:
         """Number of sensors that are independent, since every point has the same ones; a group of Saltelli's is one."""
-        return len(np.unique(self._draws))
+        return len(self.draws)
 
-    @property
-    def _draws(self) -> AnyArray:
-        """The independent draw of each run."""
-        return np.asarray(self.study.draw(self.numbers))
+    @cached_property
+    def draws(self) -> AnyArray:
+        """Numbers of the sensors that are independent, in their order."""
+        return np.unique(self.study.draw(self.numbers))
+
+    def of_draws(self, values: AnyArray) -> AnyArray:
+        """Return for each of `draws` the mean of values of its runs: how means, yields and intervals count.
+
+        Runs without a value do not count; NaN where no run has one. Columns stay apart.
+        """
+        known, places = np.isfinite(values), np.searchsorted(self.draws, self.study.draw(self.numbers))
+        sums = np.zeros((2, len(self.draws), *values.shape[1:]))
+        np.add.at(sums[0], places, np.where(known, values, 0.0))
+        np.add.at(sums[1], places, known)
+        with np.errstate(invalid="ignore"):
+            return np.asarray(sums[0] / sums[1])
 
     @cached_property
     def digest(self) -> str:
@@ -122,7 +134,7 @@ class StudyResult(Plotted):
 
         `intervals` are those of mean, std and percentiles at 95 %, with infinite ends where runs
         are too few. Several points have the same sensors, and groups of Saltelli's design the same
-        noise: the interval of their mean counts each once, the others have no ends.
+        noise: mean and its interval count each once, the other intervals have no ends.
         """
         return [dict(row) for row in self._summary]
 
@@ -131,11 +143,13 @@ class StudyResult(Plotted):
         rows = []
         for measure in self.measures:
             for epoch, age in enumerate(self.study.epochs):
-                values = self.values[measure.name][:, epoch]
-                values = values[np.isfinite(values)]
+                column = self.values[measure.name][:, epoch]
+                values = column[np.isfinite(column)]
                 row: dict[str, Any] = {"measure": measure.name, "unit": measure.unit, "age_s": age, "runs": len(values)}
                 if len(values):
-                    row |= {"mean": float(values.mean()), "min": float(values.min()), "max": float(values.max())}
+                    of_draws = self.of_draws(column)
+                    mean = float(of_draws[np.isfinite(of_draws)].mean())
+                    row |= {"mean": mean, "min": float(values.min()), "max": float(values.max())}
                     row["std"] = float(values.std(ddof=1)) if len(values) > 1 else 0.0
                     found = np.percentile(values, PERCENTILES)
                     row |= {f"p{p:g}": float(v) for p, v in zip(PERCENTILES, found, strict=True)}
@@ -153,9 +167,8 @@ class StudyResult(Plotted):
 
     def mean_of_sensors(self, values: AnyArray) -> Bounds:
         """Return the interval of the mean of values of the runs: each draw counts once, with the mean of its runs."""
-        known = np.isfinite(values)
-        _, places = np.unique(self._draws[known], return_inverse=True)
-        return mean_interval(np.asarray(np.bincount(places, values[known]) / np.bincount(places)))
+        of_draws = self.of_draws(values)
+        return mean_interval(of_draws[np.isfinite(of_draws)])
 
     def yield_intervals(self) -> dict[str, Bounds]:
         """Return confidence intervals of the yields, of as many runs as sensors."""
@@ -166,8 +179,8 @@ class StudyResult(Plotted):
         good = self.good()
         if good is None or not len(good):
             return {}
-        each = {name: float(self.kept(name).mean()) for name in self.study.limits}
-        return {**each, "all limits": float(good.mean())}
+        each = {name: self.kept(name) for name in self.study.limits} | {"all limits": good}
+        return {name: float(self.of_draws(kept).mean()) for name, kept in each.items()}
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a row for each run and epoch: its age in seconds, the parameters that differ, and the measures."""

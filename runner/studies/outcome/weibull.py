@@ -41,7 +41,7 @@ class Weibull:
         return np.asarray(np.exp(-((np.asarray(ages) / self.scale) ** self.shape)))
 
 
-def weibull(ages: Sequence[float], left: Sequence[int], surviving: int) -> Weibull | None:
+def weibull(ages: Sequence[float], left: Sequence[float], surviving: float) -> Weibull | None:
     """Return the law that fits best: `left[i]` sensors left between ages i and i + 1, `surviving` never did.
 
     None where fewer than five left, all of them in one interval, or so that an end of an interval

@@ -32,19 +32,25 @@ def parts(result: StudyResult) -> dict[str, StudyResult]:
 def differences(first: StudyResult, other: StudyResult) -> Iterator[dict[str, Any]]:
     """Yield how far the mean of each measure at each age is from that at another point, sensor by sensor.
 
-    The same sensors are at both points: what they have in common falls out of the interval. Of a
-    group of Saltelli's design the first one counts.
+    The same sensors are at both points: what they have in common falls out of the interval. A group
+    of Saltelli's design counts once.
     """
-    sensors, others = (part.study.draw(part.numbers) for part in (first, other))
-    _, *places = np.intersect1d(sensors, others, return_indices=True)
+    first, other = same_sensors(first, other)
     for measure in first.measures:
-        before, after = (part[measure.name][at] for part, at in zip((first, other), places, strict=True))
+        differences = first.of_draws(other[measure.name] - first[measure.name])
         for epoch, age in enumerate(first.study.epochs):
-            apart = (after - before)[:, epoch]
+            apart = differences[:, epoch]
             apart = apart[np.isfinite(apart)]
             if len(apart):
                 row = {"measure": measure.name, "unit": measure.unit, "age_s": age, "sensors": len(apart)}
                 yield row | {"difference": float(apart.mean()), "interval": mean_interval(apart)}
+
+
+def same_sensors(first: StudyResult, other: StudyResult) -> tuple[StudyResult, StudyResult]:
+    """Return the runs of two points whose sensors both have, sensor by sensor."""
+    sensors = (part.numbers // part.study.points for part in (first, other))
+    _, *places = np.intersect1d(*sensors, assume_unique=True, return_indices=True)  # type: ignore[call-overload]
+    return first.some(places[0]), other.some(places[1])
 
 
 def swept_parts(result: StudyResult) -> dict[str, StudyResult]:

@@ -144,10 +144,9 @@ def _lives_table(named: dict[str, StudyResult]) -> str:
 
 
 def _gain(life: Lifetimes, base: Lifetimes, part: StudyResult, other: StudyResult) -> str:
-    """Return how many more sensors are within the limit at the last age, each draw's first one against itself."""
-    sensors, base_sensors = (found.study.draw(found.numbers) for found in (part, other))
-    _, mine, theirs = np.intersect1d(sensors, base_sensors, return_indices=True)
-    apart = life.good_at_last[mine].astype(float) - base.good_at_last[theirs]
+    """Return how many more sensors are within the limit at the last age, each against itself."""
+    _, mine, theirs = np.intersect1d(part.draws, other.draws, return_indices=True)
+    apart = life.good_at_last[mine] - base.good_at_last[theirs]
     low, high = mean_interval(apart)
     return f"{100.0 * apart.mean():+.1f} % ({100.0 * low:.1f} to {100.0 * high:.1f} %)"
 

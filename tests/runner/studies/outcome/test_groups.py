@@ -107,3 +107,55 @@ def test_differences_between_points_are_those_of_the_groups() -> None:
     interval = stats.ttest_1samp(apart, 0.0).confidence_interval(0.95)
     assert row["sensors"] == 40
     assert row["interval"] == pytest.approx((interval.low, interval.high), rel=1e-12)
+
+
+def scattered(seed: int, runs: int = RUNS - 2) -> StudyResult:
+    """A result whose runs differ; the last group has one run alone, and the first one run without a value."""
+    values = np.random.default_rng(seed).normal(size=(runs, 1))
+    values[1] = np.nan
+    return replace(TAUGHT, study=study(), numbers=np.arange(runs), values={"level": values})
+
+
+def of_groups(values: Any) -> Any:
+    """Means of groups by hand, without what is missing."""
+    return np.array([np.nanmean(values[first : first + GROUP, 0]) for first in range(0, len(values), GROUP)])
+
+
+@pytest.mark.defect("S985", before="777 runs had the mean 5.014, of which `diff` said 5.016", after="5.014 in both")
+def test_a_comparison_counts_as_the_studies_do() -> None:
+    before, after = scattered(1), scattered(2)
+    compared = compare_studies(before, after)
+    (mean,) = compared.means
+    means = [of_groups(result["level"]).mean() for result in (before, after)]
+    assert [result.summary()[0]["mean"] for result in (before, after)] == pytest.approx(means, rel=1e-14)
+    assert (mean.before, mean.after) == pytest.approx(means, rel=1e-14)
+    yields = [part for part in compared.yields if "has a value" not in part.limit]
+    told = [(before.yields()[part.limit], after.yields()[part.limit]) for part in yields]
+    assert [(part.before, part.after) for part in yields] == told
+
+
+@pytest.mark.defect("S986", before="mean of the runs with the interval of the groups' mean", after="one mean of both")
+def test_a_mean_lies_in_the_middle_of_its_interval() -> None:
+    (row,) = scattered(1).summary()
+    low, high = row["intervals"]["mean"]
+    assert row["mean"] == pytest.approx(0.5 * (low + high), rel=1e-12)
+
+
+@pytest.mark.defect("S985", before="the first run of each group was compared", after="all its runs")
+def test_differences_between_points_take_all_runs_of_a_group() -> None:
+    before, after = scattered(1), scattered(2)
+    (row,) = differences(before, after)
+    assert row["difference"] == pytest.approx(of_groups(after["level"] - before["level"]).mean(), rel=1e-12)
+
+
+def test_yields_of_other_sensors_are_compared_by_groups() -> None:
+    """Of 40 groups of three, 20 and 30 are good: Fisher's test of 40 sensors each, not of 120."""
+    results = []
+    for seed, good in ((1, 20), (2, 30)):
+        values = np.repeat(np.where(np.arange(40) < good, -1.0, 1.0), GROUP)[:, None]
+        results.append(replace(TAUGHT, study=study(seed), numbers=np.arange(RUNS), values={"level": values}))
+    found = {part.limit: part for part in compare_studies(*results).yields}
+    probability = stats.fisher_exact([[20, 20], [30, 10]]).pvalue
+    assert (found["level"].before, found["level"].after) == (0.5, 0.75)
+    assert found["level"].probability >= probability
+    assert found["level"].probability <= 4 * probability

@@ -37,6 +37,7 @@ def test_a_summary_of_none_one_and_two_values() -> None:
     values = np.array([[np.nan, 5.0, 1.0], [np.inf, np.nan, 3.0]])
     study = SimpleNamespace(epochs=(0.0, 1.0, 2.0))
     made: Any = SimpleNamespace(measures=[measure], study=study, values={"bias": values}, _intervals=lambda *_: {})
+    made.of_draws = lambda column: column
     rows = vars(StudyResult)["_summary"].func(made)
     assert [row["runs"] for row in rows] == [0, 1, 2]
     assert "mean" not in rows[0]

@@ -36,10 +36,10 @@ def test_each_run_has_its_worst_age_and_none_without_a_value(
 
 def test_sensors_are_compared_with_themselves() -> None:
     """Of the sensors 1 to 4, which both have, one more is within the limit with calibrations."""
-    more = SimpleNamespace(good_at_last=np.array([True, True, True, False]))
-    less = SimpleNamespace(good_at_last=np.array([True, False, True, True, False]))
-    part = SimpleNamespace(numbers=np.array([2, 4, 6, 8]), study=SimpleNamespace(draw=lambda runs: runs // 2))
-    other = SimpleNamespace(numbers=np.array([0, 1, 2, 3, 4]), study=SimpleNamespace(draw=lambda runs: runs))
+    more = SimpleNamespace(good_at_last=np.array([1.0, 1.0, 1.0, 0.0]))
+    less = SimpleNamespace(good_at_last=np.array([1.0, 0.0, 1.0, 1.0, 0.0]))
+    part = SimpleNamespace(draws=np.array([1, 2, 3, 4]))
+    other = SimpleNamespace(draws=np.array([0, 1, 2, 3, 4]))
     gained: Any = report_lifetimes._gain
     assert gained(more, less, part, other).startswith("+25.0 % (")
     assert gained(more, more, part, part).startswith("+0.0 % (")
