@@ -106,14 +106,13 @@ class Evaluator:
         free = self._parameters(changed, moved)
         for loop, node in self.loops.items():
             readings |= self._loop(points, loop, node, free, slopes)
-        for loop in self.loops:
-            grown = readings[f"{STABLE} {loop}"]
-            if isinstance(grown, NoValue) or grown.value >= 0.0:
-                known = {name: _chained(reading, moved) for name, reading in readings.items()}
-                why = grown if isinstance(grown, NoValue) else NoValue(f"the loop {loop} is not stable", unstable=True)
-                return known | {name: why for name in self.quantities if name not in readings}
+        left = [why for loop in self.loops if (why := _leaves(loop, readings[f"{STABLE} {loop}"]))]
         for name, quantity in self.quantities.items():
-            if isinstance(quantity, Noise):
+            if left and isinstance(
+                quantity, Noise | TransferPart | ResponseFigure
+            ):  # linear about a point that is left
+                readings[name] = left[0]
+            elif isinstance(quantity, Noise):
                 readings[name] = self._tried(read_noise, points, quantity, free, slopes)
             elif isinstance(quantity, TransferPart):
                 readings[name] = self._tried(self._transfer, points, quantity, free)
@@ -244,6 +243,13 @@ def _beside(values: Mapping[str, float], steps: Mapping[str, float]) -> list[dic
     """Return values, then those with each step up and down."""
     sides = ((name, side * step) for name, step in steps.items() for side in (1.0, -1.0))
     return [dict(values), *({**values, name: values[name] + step} for name, step in sides)]
+
+
+def _leaves(loop: str, grown: Reading | NoValue) -> NoValue | None:
+    """Return why a loop does not stay at its operating point; None where it does."""
+    if isinstance(grown, NoValue):
+        return grown
+    return None if grown.value < 0.0 else NoValue(f"the loop {loop} is not stable", unstable=True)
 
 
 def _chained(reading: Reading | NoValue, moved: Mapping[str, Mapping[str, float]]) -> Reading | NoValue:

@@ -86,7 +86,8 @@ class GoalsAt:
 
     def _measure_sizes(self, readings: Iterable[QuantityReadings]) -> None:
         for name in self.tuning.goals.keys() - self._sizes.keys():
-            known = [abs(reading.value) for found in readings if (reading := found[name]) is not None]
+            sound = (found for found in readings if None not in found.values())  # what grows with a loop has no size
+            known = [abs(reading.value) for found in sound if (reading := found[name]) is not None]
             if sizes := [size for size in known if 0.0 < size < math.inf]:
                 self._sizes[name] = max(sizes)
 

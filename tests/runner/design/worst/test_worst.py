@@ -93,6 +93,38 @@ def test_a_loop_that_gets_unstable_is_the_worst() -> None:
     assert "unstable at worst" in worst_text(found)
 
 
+BESIDE_A_LOOP = """\
+name = "a gain beside a loop that grows"
+rate = "1 kHz"
+samples = 20
+wires = [
+    "source.output -> sum.first", "back.output -> sum.second", "sum.output -> delay.input",
+    "delay.output -> back.input", "source.output -> beside.input",
+]
+loops.main.open_at = "back.output"
+measures.level = { signal = "beside.output", statistic = "last" }
+measures.grown = { signal = "back.output", statistic = "last" }
+blocks.source = { kind = "Constant", value = 1 }
+blocks.sum = { kind = "Sum" }
+blocks.delay = { kind = "Delay", ticks = 1 }
+blocks.back = { kind = "Gain", gain = 0.98 }
+blocks.beside = { kind = "Gain", gain = 2 }
+"""
+
+
+@pytest.mark.defect("S987", before="no value of a measure where a loop beside it is unstable", after="that of the run")
+def test_measures_of_runs_have_values_beside_an_unstable_loop() -> None:
+    """Of 20 ticks the last adds up b + b^2 ... b^19, at b = 0.98 x 1.05 = 1.029, where the loop is unstable."""
+    graph, margin = read_graph_text(BESIDE_A_LOOP), {"margin": {"loop": "main", "figure": "gain_margin"}}
+    quantities = {"level": {"measure": "level"}, "grown": {"measure": "grown"}, **margin}
+    found = worst(graph, quantities, tolerances={"beside.gain": "5 %", "back.gain": "5 %"}, samples=3)
+    values = {case.name: case.worst for case in found.cases}
+    assert values["level, lowest"] == pytest.approx(1.9)
+    assert values["level, highest"] == pytest.approx(2.1)
+    assert values["grown, highest"] == pytest.approx(sum(1.029**n for n in range(1, 20)))
+    assert values["margin"] is None
+
+
 @pytest.mark.exhaustive
 def test_a_worst_case_inside_is_found_where_no_corner_is() -> None:
     text = COUPLED.replace("gain = 0.6", "gain = 0.0").replace("gain = 200.0", "gain = 300.0")
