@@ -10,7 +10,7 @@ left out. Loops that are unstable in tick 0 may still settle at a limit.
 A slow mode hardly moves between two looks. It shows in equal steps before a look: a state that goes
 one way in all of them goes on by d r / (1 - r), with its last step d and their quotient r, as a
 geometric series does. States of blocks before loops count while they go one way, as of the slow
-filter of a reference. In a graph without loops those of all blocks do.
+filter of a reference. In a graph without loops those of all blocks count as those in loops do.
 """
 
 import math
@@ -44,7 +44,7 @@ class RestingNumbers:
 
     entries: tuple[Entry, ...]
     begin: Array
-    own: Truths  # those of blocks in loops
+    own: Truths  # those of blocks in loops, all without any
     ticks: int  # after which these tick together again
     looped: frozenset[str]
 
@@ -67,7 +67,7 @@ def resting_numbers(plan: Plan) -> RestingNumbers:
     names = sorted(upstream_of(plan, looped or {name for name, _ in outputs_of(plan.schedule.order)}))
     ticks = math.lcm(*(plan.schedule.divisors[name] for name in looped or names))
     begin = {entry: x for entry, x in NO_RINGS.states_of(start(plan), names) if isinstance(x, float)}
-    own = np.array([name in looped for name, _, _ in begin], dtype=bool)
+    own = np.array([name in (looped or names) for name, _, _ in begin], dtype=bool)
     return RestingNumbers(tuple(begin), np.array([*begin.values()]), own, ticks, frozenset(looped))
 
 

@@ -14,6 +14,7 @@ from proofmass.blocks import (
     Delay,
     Difference,
     DiscreteIntegrator,
+    DiscreteMassSpringDamper,
     Gain,
     LookUpTable,
     LowPass,
@@ -365,3 +366,18 @@ def test_a_graph_without_loops_may_not_settle(monkeypatch: pytest.MonkeyPatch) -
     with pytest.raises(ModelError, match="does not settle") as caught:
         settled_tick(Course(plan(graph)))
     assert caught.value.problems[0].got.startswith("integral.total")
+
+
+@pytest.mark.defect("S988", before="2.0518, of a ring that swings", after="2.0532, at rest")
+def test_what_swings_has_not_settled() -> None:
+    """A ring of 5 Hz decays in 64 ms; at rest x = F / k, and the square of it has the slope 2 F / k^2."""
+    stiffness = 1e-6 * (2.0 * math.pi * 5.0) ** 2
+    blocks: dict[str, Block] = {
+        "force": Constant(value=1e-6, unit="N"),
+        "mass": DiscreteMassSpringDamper(mass=1e-6, damping=1e-6 * 2.0 * math.pi * 5.0, stiffness=stiffness),
+        "square": Product(first_unit="m", second_unit="m"),
+    }
+    wires = ["force.output -> mass.force", "mass.displacement -> square.first", "mass.displacement -> square.second"]
+    graph = Graph(name="ring", rate=2e4, blocks=blocks, wires=wires)
+    found = proofmass.response(graph, "force.output", "square.output", at="settled", frequencies=[1.0])
+    assert found.at_rest == pytest.approx(2e-6 / stiffness**2, rel=1e-6)
