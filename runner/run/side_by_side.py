@@ -5,7 +5,8 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.model.call_numbers import refuse_counts
 from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.graph import split
 from proofmass.runner.host.arrays import AnyArray
@@ -50,8 +51,7 @@ def whole_lanes(lanes: int) -> int:
     >>> whole_lanes(0), whole_lanes(1), whole_lanes(10), whole_lanes(64)
     (0, 2, 16, 64)
     """
-    if not 0 <= lanes <= MOST:
-        raise Problem(message="out of range", key="lanes", got=str(lanes), expected=f"0 to {MOST}").error
+    refuse_counts(lanes=(lanes, 0, MOST))
     return max(2, 1 << (lanes - 1).bit_length()) if lanes else 0
 
 

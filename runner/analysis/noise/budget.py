@@ -184,6 +184,7 @@ def _budget_about(
     limits = _band(to_output, band)
     squares = mean_squares(to_output, limits) if band is not None or not to_output.settles else to_output.mean_squares
     low = limits[0] if limits[0] > 0.0 else 0.5 * to_output.rate * 10.0**-_DECADES
+    _refuse_beyond(frequencies, 0.5 * to_output.rate)
     shown = np.asarray(frequencies, dtype=np.float64) if len(frequencies) else grid(to_output, low, limits[1])
     densities = to_output.densities(shown)
     sources_made = _sources(planned, to_output.sources, squares, densities, moved)
@@ -261,6 +262,14 @@ def _dither(planned: Plan, block: str, moved: Iterable[Dither]) -> Dither | None
     least = min(own, key=lambda dither: min(dither.rms, dither.change), default=None)
     cut = getattr(planned.blocks[block], "rounding", "") == "toward_zero"
     return least and replace(least, cut=cut, apart=max(dither.apart for dither in own))
+
+
+def _refuse_beyond(frequencies: Sequence[float], top: float) -> None:
+    """Raise `ModelError` for a frequency that values of an output do not have."""
+    beyond = next((f for f in frequencies if not 0.0 <= f <= top * (1.0 + 1e-9)), None)
+    if beyond is not None:
+        expected = f"0 Hz to {top:g} Hz, half the rate of the output"
+        raise Problem(message="out of range", key="frequencies", got=f"{beyond:g} Hz", expected=expected).error
 
 
 def _band(of: NoiseMap, band: tuple[float, float] | None) -> tuple[float, float]:

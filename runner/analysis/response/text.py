@@ -46,7 +46,8 @@ def _step_lines(of: StepFigures | None, unit: str) -> list[str]:
 
 
 def _table(of: Response) -> list[str]:
-    wanted = np.geomspace(of.frequencies[0], of.frequencies[-1], _ROWS)
+    above = of.frequencies[of.frequencies > 0.0]  # rest lies in no decade
+    wanted = [of.frequencies[0], *(np.geomspace(above[0], above[-1], _ROWS) if len(above) else ())]
     rows = sorted({int(np.argmin(np.abs(of.frequencies - frequency))) for frequency in wanted})
     lines = [f"  {'frequency [Hz]':>16} {'gain':>12} {'phase [deg]':>12}"]
     for row in rows:

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import Problem, did_you_mean
+from proofmass.blocks.declaration.problem import Problem, did_you_mean, shown
 from proofmass.blocks.declaration.unit_expressions import UnitError
 from proofmass.blocks.declaration.units import convert
+from proofmass.graphs.model.call_numbers import positive
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.recording import Column, RecordingError, read_columns
 from proofmass.runner.run.result import Trace
@@ -91,8 +92,9 @@ def as_series(source: Any, rate: float = 0.0, unit: str = "1") -> Series:
         return source
     if isinstance(source, Trace):
         return of_trace(source)
-    if not rate > 0.0:
-        raise ValueError("plain values need a rate, in Hz")
+    if not positive(rate):
+        expected = "a number above 0, in Hz"
+        raise Problem(message="plain values need a rate", key="rate", got=shown(rate), expected=expected).error
     return Series(np.asarray(source, dtype=float).ravel(), 1.0 / rate, unit=unit)
 
 

@@ -11,6 +11,7 @@ import scipy.special
 
 from proofmass.blocks.declaration.problem import Problem, did_you_mean, shown
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
+from proofmass.graphs.model.call_numbers import SEED, refuse_counts
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.rates import read_duration
@@ -29,6 +30,7 @@ from proofmass.runner.host.progress import Progress
 from proofmass.runner.output.json_text import finite
 
 CONFIDENCE = 0.95
+MOST_STARTS = 1000
 _DIGITS = 9
 
 _FAR = 0.5  # part of the variance below which another start may explain more
@@ -202,6 +204,7 @@ def fit(
         hint = did_you_mean(loss, LOSSES, "the losses")
         raise Problem(message="there is no such loss", key="loss", got=shown(loss), hint=hint).error
     graph = graph_from(graph)
+    refuse_counts(starts=(starts, 1, MOST_STARTS), seed=(seed, *SEED))
     wanted = _signals(graph, inputs), _signals(graph, outputs)
     if not wanted[1]:
         hint = 'name what was recorded: outputs={"readout.voltage": "voltage"}'

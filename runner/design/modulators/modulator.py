@@ -5,11 +5,12 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from proofmass.blocks.declaration.problem import did_you_mean
+from proofmass.blocks.declaration.problem import did_you_mean, shown
 from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.call_numbers import positive, refuse_counts
 from proofmass.graphs.model.rates import Rate
 from proofmass.runner.design.modulators.graph import modulator_graph
-from proofmass.runner.design.modulators.noise_transfer import NoiseTransfer, band, refused, synthesised
+from proofmass.runner.design.modulators.noise_transfer import MOST_ORDER, NoiseTransfer, band, refused, synthesised
 from proofmass.runner.design.modulators.prediction import predicted
 from proofmass.runner.design.modulators.simulation import simulated
 from proofmass.runner.design.modulators.structures import FORMS, Coefficients, Structure, realised, scaled
@@ -114,7 +115,10 @@ def design_modulator(
     >>> [round(a, 4) for a in loop.coefficients.a], loop.coefficients.g[1] > 0.0078
     ([0.0007, 0.0084, 0.055, 0.2443, 0.5579], True)
     """
-    _refuse(form, levels, feeds, pulse, centre, samples)
+    refuse_counts(order=(order, 1, MOST_ORDER), levels=(levels, 2, 65536), samples=(samples, 1024, 1 << 20))
+    _refuse(form, feeds, pulse, centre)
+    if not (swing is None or positive(swing)):
+        raise refused("must be finite and above 0", "swing", shown(swing), "the largest value of a state, or None")
     wanted = synthesised(order, oversampling, gain, zeros, centre)
     structure = Structure(form, order, pulse)
     transfer, k = structure.reachable(wanted), realised(wanted, structure, feeds, centre)
@@ -136,11 +140,9 @@ def _known(amplitudes: Sequence[float], ratios: Sequence[float | None]) -> list[
     return [(ratio, amplitude) for amplitude, ratio in zip(amplitudes, ratios, strict=True) if ratio is not None]
 
 
-def _refuse(form: str, levels: int, feeds: str, pulse: tuple[float, float] | None, centre: float, samples: int) -> None:
+def _refuse(form: str, feeds: str, pulse: tuple[float, float] | None, centre: float) -> None:
     if form not in FORMS:
         raise refused("must be a form", "form", form, ", ".join(FORMS), did_you_mean(form, FORMS, "forms"))
-    if not 2 <= levels <= 65536:
-        raise refused("must be a number of levels", "levels", str(levels), "2 to 65536")
     if feeds not in FEEDS or (feeds == "all" and pulse):
         expected = "first" if pulse else ", ".join(FEEDS)
         raise refused("must be a way to feed the input", "feeds", feeds, expected)
@@ -150,5 +152,3 @@ def _refuse(form: str, levels: int, feeds: str, pulse: tuple[float, float] | Non
     if centre and form.startswith("CI") and not pulse:
         message = "cannot be a band pass: its zeros leave the unit circle"
         raise refused(message, "form", form, hint=f"take CR{form[2:]}")
-    if not 1024 <= samples <= 2**20:
-        raise refused("must be a number of samples", "samples", str(samples), "1024 to 1048576")

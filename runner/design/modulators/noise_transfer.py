@@ -16,6 +16,7 @@ import numpy as np
 from scipy import optimize, special
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
+from proofmass.graphs.model.call_numbers import refuse_counts
 from proofmass.runner.host.arrays import Array
 
 _brentq: Any = optimize.brentq
@@ -117,8 +118,7 @@ def _sorted(roots: Array) -> tuple[complex, ...]:
 
 
 def _refuse(order: int, oversampling: float, zeros: str, centre: float) -> None:
-    if not 1 <= order <= MOST_ORDER:
-        raise refused("must be an order", "order", str(order), f"1 to {MOST_ORDER}")
+    refuse_counts(order=(order, 1, MOST_ORDER))
     if not oversampling >= 2.0 or not math.isfinite(oversampling):
         raise refused("must be an oversampling ratio", "oversampling", f"{oversampling:g}", "at least 2")
     if zeros not in ZEROS:

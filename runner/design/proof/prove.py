@@ -18,6 +18,7 @@ from threadpoolctl import threadpool_limits
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
+from proofmass.graphs.model.call_numbers import positive, refuse_counts
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.studies.study import Study
@@ -43,6 +44,7 @@ from proofmass.runner.host.progress import Progress
 from proofmass.runner.planning.plan import plan
 
 SECONDS = 60.0
+MOST_WORKERS = 1024
 _BLAS = "blas"  # which has one thread while a proof is searched: with several they wait, since matrices are small
 _STAY = "it is that of parameters that stay as they are"
 _MOVES = "where a sensor rests is known for parameters that stay as they are"
@@ -195,6 +197,9 @@ def prove(
         subjects = [*about_loops(planned, loop, at, given), *subjects]
     if any_change and slow_change:
         raise _both_changes(slow_change).error
+    refuse_counts(workers=(workers or processors(), 1, MOST_WORKERS))
+    if not (seconds == 0 or positive(seconds)):
+        raise Problem(message="must be finite and at least 0", key="seconds", got=shown(seconds)).error
     rates = change_rates(slow_change, coordinates.ranges)
     subjects = [(begin, [replace(one, any_change=any_change) for one in own]) for begin, own in subjects]
     proofs = dict[Claim, MarginProof]()

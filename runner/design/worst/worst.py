@@ -6,6 +6,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
+from proofmass.graphs.model.call_numbers import SEED, refuse_counts
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import read_moment
@@ -32,6 +33,7 @@ from proofmass.runner.output.json_text import finite
 from proofmass.runner.planning.plan import plan
 
 CORNERS, SAMPLES = 256, 100
+MOST_CORNERS, MOST_SAMPLES = 1 << 20, 10**6
 _CONFIDENCE = 0.95
 _HIGH_IS_BAD = ("sensitivity_peak", "overshoot", "settling_time", "peak", "delay", "rise_time")
 _DEFAULT_FIGURES = ("gain_margin", "phase_margin")
@@ -166,6 +168,7 @@ def worst(
     """
     source = source if isinstance(source, Study) else graph_from(source)
     graph = source.graph if isinstance(source, Study) else source
+    refuse_counts(corners=(corners, 0, MOST_CORNERS), samples=(samples, 0, MOST_SAMPLES), seed=(seed, *SEED))
     try:
         read_moment(at)
     except Refusal as error:

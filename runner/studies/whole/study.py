@@ -15,6 +15,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.named_arguments import named_arguments
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
+from proofmass.graphs.model.call_numbers import refuse_counts, whole
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import only_study, read_variants
@@ -39,6 +40,7 @@ from proofmass.runner.studies.runs.margins_per_run import margin_measures
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns, noise_run
 from proofmass.runner.studies.whole.ready import notes_of_a_study
 
+MOST_THREADS = 1024
 BATCH_SECONDS = 0.2  # of runs that are written together
 _Source = Callable[[AnyArray, RunningMeans, threading.Event], Generator[Outcomes, None, None]]
 StudyProgress = Callable[[int, int, str], None]  # runs done, runs in all, the current means
@@ -86,6 +88,8 @@ def run_study(
     (4, 6)
     """
     study = study if isinstance(study, Study) else only_study(read_variants(study))
+    if threads is not None:
+        refuse_counts(threads=(threads, 0, MOST_THREADS))
     sensors = SensorRuns(with_numbers(study, runs, seed), engine, lanes)
     return run_sensors(sensors, threads, dask, folder, progress, repair)
 
@@ -154,7 +158,7 @@ def replay(study: Study | str | Path, run: int, epoch: int = 0, engine: EngineNa
     began = time.perf_counter()
     study = study if isinstance(study, Study) else only_study(read_variants(study))
     for what, value, count in (("run", run, study.runs * study.points), ("epoch", epoch, len(study.epochs))):
-        if not 0 <= value < count:
+        if not (whole(value) and value in range(count)):
             raise Problem(
                 message=f"there is no such {what}", key=what, got=shown(value), expected=f"0 to {count - 1}"
             ).error

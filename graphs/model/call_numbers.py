@@ -1,0 +1,32 @@
+"""Numbers that a call in Python gives, as how often to try: refused before anything computes with them."""
+
+import math
+import numbers
+from typing import TypeGuard
+
+from proofmass.blocks.declaration.problem import ModelError, Problem, shown
+from proofmass.graphs.model.limits import LARGEST_SEED
+
+SEED = (0, LARGEST_SEED)  # bounds
+
+
+def refuse_counts(**given: tuple[object, int, int]) -> None:
+    """Raise `ModelError` with each number, by name with its least and largest value, that is no integer or beyond."""
+    problems = []
+    for key, (value, lowest, highest) in given.items():
+        if not (whole(value) and lowest <= value <= highest):
+            message = "out of range" if whole(value) else "must be an integer"
+            expected = f"{lowest:,} to {highest:,}"
+            problems.append(Problem(message=message, key=key, got=shown(value), expected=expected))
+    if problems:
+        raise ModelError(problems)
+
+
+def whole(value: object) -> TypeGuard[int]:
+    """Return whether a value is an integer, NumPy's too, and no truth value."""
+    return isinstance(value, numbers.Integral) and not isinstance(value, bool)
+
+
+def positive(value: object) -> bool:
+    """Return whether a value is a number that is finite and above 0."""
+    return isinstance(value, numbers.Real) and 0.0 < float(value) < math.inf
