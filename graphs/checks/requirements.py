@@ -168,6 +168,8 @@ def _number(written: float | str, unit: str) -> float:
         number = convert(written, unit) if isinstance(written, str) else float(written)
     if math.isnan(number):
         raise Refusal("must be a number")
+    if math.isinf(number):
+        raise Refusal("must be finite", "leave it out where there is no limit")
     return number
 
 

@@ -213,6 +213,15 @@ def test_what_check_says(line: str) -> None:
     assert hint in problem.hint
 
 
+@pytest.mark.defect("H894", before="a limit of inf was missed: `inf to inf`", after="must be finite; leave it out")
+@pytest.mark.parametrize("limit", ["at_least = inf", "at_most = -inf", "at_least = 1, at_most = inf"])
+def test_a_limit_is_finite(limit: str) -> None:
+    text = TEXT.replace('above = { quantity = "last", at_least = "2 V" }', f'above = {{ quantity = "last", {limit} }}')
+    (problem,) = check(read_graph_text(text, "graph.toml"))
+    assert (problem.message, problem.hint) == ("must be finite", "leave it out where there is no limit")
+    assert problem.got.endswith("inf")
+
+
 @pytest.mark.parametrize(
     ("line", "message"),
     [
