@@ -1,11 +1,11 @@
 """Coefficients of noise in the units of data sheets: deg/sqrt(h) of a gyroscope, ug0 of an accelerometer.
 
-An angular rate is told by its unit, rad/s or deg/s: by dimension alone it might as well be a
+An angular rate is told by its unit, rad/s, deg/s or °/s: by dimension alone it might as well be a
 frequency. Units of a recording that no table has, as degC and dB, stay as they are.
 """
 
 from proofmass.blocks.declaration.unit_expressions import UnitError
-from proofmass.blocks.declaration.units import convert, same_dimension, short_unit
+from proofmass.blocks.declaration.units import convert, same_dimension, short_unit, turned
 
 _GYROSCOPE = {"N": "deg/sqrt(h)", "B": "deg/h", "K": "deg/(h*sqrt(h))", "Q": "deg", "density": "deg/(h*sqrt(Hz))"}
 _ACCELEROMETER = {
@@ -48,7 +48,7 @@ def word_of(quantity: str, unit: str) -> str:
 
 def is_rate(unit: str) -> bool:
     """Return whether a unit is one of angular rate."""
-    return _measures(unit, "rad/s") and ("rad" in unit or "deg" in unit)
+    return _measures(unit, "rad/s") and bool(turned(unit, "Hz"))
 
 
 def _measures(unit: str, quantity: str) -> bool:

@@ -70,6 +70,16 @@ def test_allan_variances_are_integrals_of_the_densities() -> None:
     assert integrals[1] == pytest.approx(terms[1], rel=2e-2)
 
 
+@pytest.mark.defect("S1003", before="of a rate in °/s, `white noise`", after="angle random walk, in deg/√h")
+@pytest.mark.parametrize(("unit", "deg"), [("°/s", 1.0), ("°/h", 3600.0), ("deg/s", 1.0)])
+def test_a_rate_in_degrees_is_one_however_they_are_written(unit: str, deg: float) -> None:
+    assert word_of("N", unit) == "angle random walk"
+    assert word_of("K", unit) == "rate random walk"
+    assert field_unit("N", unit) == "deg/sqrt(h)"
+    assert in_field_unit("N", 0.01 * deg, unit) == pytest.approx(0.6, rel=1e-12)
+    assert in_field_unit("B", 0.01 * deg, unit) == pytest.approx(36.0, rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("quantity", "unit", "value", "number", "shown"),
     [
