@@ -30,9 +30,9 @@ from proofmass.runner.comparison.variants import VariantComparison, folders_of
 from proofmass.runner.output.times import time_text
 from proofmass.runner.run.result import Result
 from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.runs.notes import notes_of_a_study
 from proofmass.runner.studies.shown.plot import plot_study
 from proofmass.runner.studies.shown.text import study_text
-from proofmass.runner.studies.whole.ready import notes_of_a_study
 from proofmass.runner.studies.whole.study import replay, run_study, with_numbers
 
 

@@ -1,6 +1,7 @@
 """The folder of a study: its ledger and a copy of the study, to show and replay runs."""
 
 import contextlib
+import functools
 from pathlib import Path
 
 from proofmass.blocks.declaration.catalog import Own
@@ -14,6 +15,7 @@ from proofmass.runner.run.provenance import graph_text, provenance
 from proofmass.runner.studies.kept.ledger import FILE, Ledger
 from proofmass.runner.studies.outcome.result import StudyResult, collected
 from proofmass.runner.studies.outcome.running_means import RunningMeans
+from proofmass.runner.studies.runs.notes import notes_of_a_study
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns
 
 STUDY_FILE = "study.toml"
@@ -89,5 +91,6 @@ def kept_result(folder: Path, own: Own | None = None, asked: Study | None = None
         seconds=0.0,
         engine="",
         provenance=provenance(study.graph, ""),
+        noted=functools.partial(notes_of_a_study, study),
         **outcomes,
     )

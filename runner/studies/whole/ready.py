@@ -10,14 +10,13 @@ from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.exports import runs_alone
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
-from proofmass.graphs.studies.ages import DAY, age_text, written_age
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.plan.measuring import refuse_late
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.recording_notes import recording_notes
 from proofmass.runner.run.trace_size import refuse_large
-from proofmass.runner.studies.runs.margins_per_run import notes_on_margins
+from proofmass.runner.studies.runs.notes import notes_of_a_study
 
 MANY_STEPS = 1000  # in a tick
 
@@ -53,7 +52,7 @@ def unready(graph: Graph, study: Study | None = None) -> list[Problem]:
     if any(not problem.note for problem in length):
         return length
     end = None if length else Fraction(planned.ticks() - 1) / planned.schedule.base_rate
-    notes = [*_many_steps(planned, end), *recording_notes(planned, end), *(study_notes(study) if study else ())]
+    notes = [*_many_steps(planned, end), *recording_notes(planned, end), *(notes_of_a_study(study) if study else ())]
     return [*length, *(_measures(planned, study) if end is not None else ()), *notes]
 
 
@@ -64,43 +63,6 @@ def _length(planned: Plan, study: Study | None) -> Iterator[Problem]:
     except ModelError as error:
         missing = planned.graph.samples is None and planned.graph.duration is None
         yield from (replace(problem, note=missing and study is None) for problem in error.problems)
-
-
-def notes_of_a_study(study: Study) -> list[Problem]:
-    """Return the notes on a study, and on blocks at a corner about which its loops are linearised."""
-    return [*study_notes(study), *notes_on_margins(study.graph, study.margins)]
-
-
-def study_notes(study: Study) -> Iterator[Problem]:
-    """Yield notes on the ages, correlations and limits of a study."""
-    if 0.0 < study.epochs[-1] < DAY:
-        message = f"the last age is {age_text(study.epochs[-1])}"
-        hint = 'ages without a unit are seconds: write "10 year", "1000 h"'
-        yield study.placed(Problem(message=message, hint=hint, note=True, path=("epochs",)))
-    yield from _turned_correlations(study)
-    if not study.recalibration.carried or len(study.epochs) < 2:
-        return
-    message = "counts the first epoch too, which has no calibration before it"
-    hint = f'from = "{written_age(study.epochs[1])}" counts from the next epoch on'
-    for name, limit in study.limits.items():
-        if name in study.flat.measures and limit.counted(study.epochs) == 0:
-            yield study.placed(Problem(message=message, hint=hint, note=True, path=("limits", name)))
-
-
-def _turned_correlations(study: Study) -> Iterator[Problem]:
-    """Yield pairs of which one alone falls as its deviate rises: the values have the opposite correlation."""
-
-    def falls(name: str) -> bool:
-        spread = study.spread[name]
-        return (spread.relative or spread.shape == "lognormal") and study.nominal(name) < 0.0
-
-    for first, second, coefficient in study.correlation.pairs:
-        if coefficient and falls(first) != falls(second):
-            names = " and ".join(map(study.name_of, (first, second)))
-            message = f"{names}: a relative spread about a value below zero turns the sign of their correlation"
-            got = f"{coefficient:g} of the deviates, so about {-coefficient:g} of the values"
-            hint = f"write {-coefficient:g} if the values are meant"
-            yield study.placed(Problem(message=message, got=got, hint=hint, note=True, path=("correlation",)))
 
 
 def _many_steps(planned: Plan, end: Fraction | None) -> Iterator[Problem]:

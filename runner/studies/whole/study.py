@@ -37,8 +37,8 @@ from proofmass.runner.studies.outcome.result import StudyResult, collected
 from proofmass.runner.studies.outcome.running_means import RunningMeans
 from proofmass.runner.studies.runs.facts import facts_of
 from proofmass.runner.studies.runs.margins_per_run import margin_measures
+from proofmass.runner.studies.runs.notes import notes_of_a_study
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns, noise_run
-from proofmass.runner.studies.whole.ready import notes_of_a_study
 
 MOST_THREADS = 1024
 BATCH_SECONDS = 0.2  # of runs that are written together

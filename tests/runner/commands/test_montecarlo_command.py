@@ -10,6 +10,7 @@ import xarray
 
 from proofmass.graphs.studies.ages import age_text
 from proofmass.runner.command_line import main
+from proofmass.runner.studies.kept.folder import kept_result
 from proofmass.runner.studies.whole.study import run_study
 from tests.by_hand.study_texts import CALIBRATED, STUDY
 
@@ -91,6 +92,24 @@ def test_the_result_in_python_has_the_notes_of_the_command(edge: str, said: bool
     assert [note.partition(": its slope")[0] for note in told] == [
         "note: loops.main: x stands exactly at a corner"
     ] * said
+
+
+@pytest.mark.defect("H895", before="`check` has no word of a corner that the study has", after="the same notes")
+def test_check_has_the_notes_of_a_study(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "corner.toml"
+    path.write_text(AT_A_CORNER)
+    assert main(["check", str(path)]) == 0
+    assert "corner.toml:8: note: loops.main: x stands exactly at a corner" in capsys.readouterr().out
+
+
+@pytest.mark.defect("S1004", before="a study read back from its folder had no notes", after="those of its run")
+def test_a_study_that_is_read_back_has_its_notes(tmp_path: Path) -> None:
+    path = tmp_path / "corner.toml"
+    path.write_text(AT_A_CORNER)
+    ran = run_study(path, engine="python", folder=tmp_path / "out")
+    told = [note.partition("note: ")[2] for note in kept_result(tmp_path / "out").notes]
+    assert told == [note.partition("note: ")[2] for note in ran.notes]
+    assert told[0].startswith("loops.main: x stands exactly at a corner")
 
 
 @pytest.mark.friendly(34, "by one option")

@@ -12,7 +12,7 @@ from proofmass.blocks import Constant, RecordedSignal
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.command_line import main
-from proofmass.runner.studies.whole.ready import study_notes
+from proofmass.runner.studies.runs.notes import study_notes
 from tests.by_hand.graph_texts import changed
 
 RECORDED = """\
