@@ -15,7 +15,7 @@ from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.table_formulas import TableFormulas
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.changes import change_part
-from proofmass.graphs.model.exports import exported
+from proofmass.graphs.model.exports import ONE_INSIDE, exported, settable
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Place
 from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS
@@ -291,8 +291,5 @@ def _misplaced(name: str, part: Graph, key: str, table: Collection[str]) -> str:
         return f"after [blocks.{name}] it belongs to that block: move it above the first [blocks. ...]"
     if key in part.values or is_value(part, part.exports.get(key, key)):
         return ""
-    names = [*(n for n, (_, what) in exports.items() if not isinstance(what, Port)), *rates, *part.values, *PART_KEYS]
-    return (
-        did_you_mean(key, names, "its values and the parameters that it exports", table)
-        + ' One inside: "block.parameter" = ...'
-    )
+    names = [*settable(part), *PART_KEYS]
+    return did_you_mean(key, names, "its values and the parameters that it exports", table) + ONE_INSIDE

@@ -11,6 +11,7 @@ from proofmass.blocks.declaration.instance import keep_written
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import convert_exactly
 from proofmass.graphs.formulas.formula import Formula, is_formula
+from proofmass.graphs.model.exports import not_settable
 from proofmass.graphs.model.flatten import inside
 from proofmass.graphs.model.formula_tables import as_written
 from proofmass.graphs.model.graph import AnyGraph, Graph, split
@@ -143,9 +144,9 @@ def _with_numbers(graph: AnyGraph, changes: Mapping[str, object]) -> AnyGraph:
         if block not in blocks:
             block, _, parameter = signal.partition(".")
         if block not in blocks and block not in parts:
-            names = [*blocks, *parts] if "." in signal else [*graph.values, *graph.exports, *blocks, *parts]
-            hint = did_you_mean(block, names, "the blocks" if "." in signal else "the values")
-            message = "there is no such block" if "." in signal else "there is no such value"
+            dotted = "." in signal
+            hint = did_you_mean(block, [*blocks, *parts], "the blocks") if dotted else not_settable(graph, signal)
+            message = "there is no such block" if dotted else "there is no such value"
             problems.append(Problem(message=message, key=key, got=shown(block), hint=hint))
         else:
             by_block.setdefault(block, {})[parameter] = value
@@ -175,10 +176,8 @@ def change_part(part: AnyGraph, values: Mapping[str, object]) -> AnyGraph:
     """Change values of a subgraph. A name without a dot is a value of it, or one it exports."""
     unknown = [name for name in values if "." not in name and name not in part.exports and name not in part.values]
     if unknown:
-        names = [*part.values, *part.exports, *part.blocks, *part.subgraphs]
-        hints = (did_you_mean(name, names, "values, exports and blocks inside") for name in unknown)
         message = "the subgraph exports no such parameter"
-        raise ModelError([Problem(message=message, key=n, got=n, hint=h) for n, h in zip(unknown, hints, strict=True)])
+        raise ModelError([Problem(message=message, key=n, got=n, hint=not_settable(part, n)) for n in unknown])
     return with_parameters(part, values)
 
 

@@ -2,16 +2,37 @@
 
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.parameter import Parameter
-from proofmass.blocks.declaration.problem import Problem
-from proofmass.graphs.model.flatten import FlatGraph, inside, parts
+from proofmass.blocks.declaration.problem import Problem, did_you_mean
+from proofmass.graphs.model.flatten import FlatGraph, flatten, inside, parts
 from proofmass.graphs.model.graph import Graph, split
-from proofmass.graphs.model.names import Missing, find_any
+from proofmass.graphs.model.names import Missing, find_any, is_rate, is_value
+
+ONE_INSIDE = ' One inside: "block.parameter" = ...'
 
 
 def exported(flat: FlatGraph) -> dict[str, tuple[Block, Port | Parameter]]:
     """Return block and port or parameter of each valid export."""
     found = {name: find_any(flat, signal) for name, signal in flat.exports.items()}
     return {name: what for name, what in found.items() if not isinstance(what, Missing)}
+
+
+def settable(graph: Graph) -> list[str]:
+    """Return names without a dot to which a graph takes numbers: its values, and exported parameters and rates."""
+    flat = flatten(graph)
+    parameters = [name for name, (_, what) in exported(flat).items() if not isinstance(what, Port)]
+    others = (n for n, signal in flat.exports.items() if is_rate(flat, signal) or is_value(graph, graph.exports[n]))
+    return [*dict.fromkeys([*graph.values, *parameters, *others])]
+
+
+def not_settable(graph: Graph, name: str) -> str:
+    """Return a hint for a name without a dot to which a graph takes no number."""
+    if name in graph.blocks:
+        own = next(iter(type(graph.blocks[name]).parameters), "PARAMETER")
+        return f'{name} is a block: name a parameter of it, as "{name}.{own}"'
+    if name in graph.subgraphs:
+        return f'{name} is a subgraph: name a value or parameter of it, as "{name}.PARAMETER"'
+    hint = did_you_mean(name, settable(graph), "its values and the parameters that it exports")
+    return hint if hint.startswith("did you mean") else hint + ONE_INSIDE
 
 
 def exposed(root: Graph) -> dict[str, str]:

@@ -144,6 +144,30 @@ def test_parameters_that_are_not_there_are_named_with_their_path(tmp_path: Path)
     ]
 
 
+@pytest.mark.defect(
+    "H896", before="`did you mean channel?` of channel, and ports among the names", after="what to write"
+)
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("channel", 'channel is a subgraph: name a value or parameter of it, as "channel.PARAMETER"'),
+        ("readout", 'readout is a block: name a parameter of it, as "readout.gain"'),
+        ("zzz", 'its values and the parameters that it exports: reference. One inside: "block.parameter" = ...'),
+    ],
+)
+def test_what_may_be_written_of_a_subgraph(name: str, hint: str, tmp_path: Path) -> None:
+    graph = read_graph(write_parts(tmp_path))
+    with pytest.raises(ModelError, match="exports no such parameter") as caught:
+        graph.with_parameters({f"axis_2.{name}": 1})
+    assert [problem.hint for problem in caught.value.problems] == [hint]
+
+
+def test_a_name_without_a_dot_is_a_value(tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match="there is no such value") as caught:
+        read_graph(write_parts(tmp_path)).with_parameters({"zzz": 1})
+    assert caught.value.problems[0].hint.startswith("its values and the parameters that it exports: none.")
+
+
 def test_a_parameter_may_be_driven_through_its_export() -> None:
     drive = {"one": Constant(value=1.0), "two": Constant(value=5.0), "part": PAIR}
     graph = outer(PAIR, blocks=drive, wires=["one.output -> part.entry", "two.output -> part.factor"])
