@@ -20,6 +20,7 @@ from proofmass.graphs.model.keys import Integer, Text
 from proofmass.graphs.model.loops import REQUIREMENTS
 from proofmass.graphs.model.measures import Measure, as_table
 from proofmass.graphs.model.rates import write_rate, write_seconds
+from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, RATE
 from proofmass.graphs.model.top_keys import PLAIN_KEYS
 
 
@@ -53,11 +54,16 @@ def differences(first: Graph, second: Graph) -> list[GraphDifference]:
     before, after = flatten(first), flatten(second)
     names = _Names(_renamed(before, after))
     followed = _followed(first, second, names)
-    changes = [*_top(before, after), *_values(first, second, names, followed)]
-    changes += [GraphDifference("blocks", old, new) for old, new in names.blocks.items()]
     formulas = {names.signal(target): text for target, text in _formulas(first).items()}, _formulas(second)
+    times = _Times(
+        formulas,
+        ({names.signal(f"{n}.{RATE}") for n in _rated(first)}, {f"{n}.{RATE}" for n in _rated(second)}),
+        followed,
+    )
+    changes = [*_top(before, after, times), *_values(first, second, names, followed)]
+    changes += [GraphDifference("blocks", old, new) for old, new in names.blocks.items()]
     before = names.flat(before)
-    changes += [*_blocks(before, after, formulas, followed), *_other_formulas(after, formulas)]
+    changes += [*_blocks(before, after, formulas, followed, times), *_other_formulas(after, formulas, times)]
     return [*changes, *_wires(before, after), *_rest(before, after)]
 
 
@@ -89,13 +95,54 @@ class _Names:
         )
 
 
-def _top(before: FlatGraph, after: FlatGraph) -> Iterator[GraphDifference]:
+class _Times:
+    """Rates, offsets and the length of a run, with the formulas that give them."""
+
+    def __init__(
+        self,
+        formulas: tuple[dict[str, str], dict[str, str]],
+        rated: tuple[set[str], set[str]],
+        followed: Mapping[str, str],
+    ) -> None:
+        self._formulas, self._rated, self._followed = formulas, rated, followed
+        self.told = set[str]()  # targets of formulas that stand beside their numbers
+
+    def changed(self, key: str, name: str, entry: str, before: str, after: str) -> Iterator[GraphDifference]:
+        """Yield the change of an entry of a block, or of the graph where the name is empty."""
+        if before == after:
+            return
+        owners = [self._owner(name, entry, side) for side in (0, 1)]
+        texts = [table.get(owner, "") for table, owner in zip(self._formulas, owners, strict=True)]
+        if texts[0] != texts[1]:
+            self.told.update(owners)
+            pairs = zip((before, after), texts, strict=True)
+            before, after = (f"{number} ({text})" if number and text else number or text for number, text in pairs)
+        yield from _changed(key, before, after, self._followed.get(owners[1], ""))
+
+    def _owner(self, name: str, entry: str, side: int) -> str:
+        """Return the entry of a block, or of the innermost subgraph about it, that gives it; "" if none does."""
+        if not name:
+            return entry
+        given = self._rated[side] if entry == RATE else self._formulas[side]
+        while name and f"{name}.{entry}" not in given:
+            name = name.rpartition(".")[0]
+        return f"{name}.{entry}" if name else ""
+
+
+def _rated(graph: Graph) -> Iterator[str]:
+    """Yield the paths of blocks and subgraphs that have a rate of their own."""
+    for path, part in parts(graph):
+        yield from (path + name for name in part.rates)
+        yield from [path[:-1]] if path and part.rate is not None else []
+
+
+def _top(before: FlatGraph, after: FlatGraph, times: _Times) -> Iterator[GraphDifference]:
     texts = [key for key, form in PLAIN_KEYS.items() if isinstance(form, Text)]
     integers = [key for key, form in PLAIN_KEYS.items() if isinstance(form, Integer) and key != "samples"]
     for key in texts:
         yield from _changed(key, getattr(before.root, key), getattr(after.root, key))
-    yield from _changed("rate", _rate(before.rate), _rate(after.rate))
-    yield from _changed("duration", _length(before), _length(after))
+    yield from times.changed(RATE, "", RATE, _rate(before.rate), _rate(after.rate))
+    yield from times.changed(DURATION, "", DURATION, _length(before), _length(after))
     for key in integers:
         old, new = (getattr(flat.root, key) for flat in (before, after))
         yield from _changed(key, "" if old is None else str(old), "" if new is None else str(new))
@@ -149,7 +196,11 @@ def _renamed(before: FlatGraph, after: FlatGraph) -> dict[str, str]:
 
 
 def _blocks(
-    before: FlatGraph, after: FlatGraph, formulas: tuple[dict[str, str], dict[str, str]], followed: Mapping[str, str]
+    before: FlatGraph,
+    after: FlatGraph,
+    formulas: tuple[dict[str, str], dict[str, str]],
+    followed: Mapping[str, str],
+    times: _Times,
 ) -> Iterator[GraphDifference]:
     for name, (old, new) in _both(before.blocks, after.blocks):
         key = f"blocks.{name}"
@@ -168,14 +219,17 @@ def _blocks(
                     was, now = (f"{f} ({text})" if f else text for f, text in ((one, was), (other, now)))
                 yield from _changed(f"{key}.{parameter}", was, now, followed.get(path, ""))
         if old is not None and new is not None:
-            follows = followed.get(f"{name}.rate", "")
-            yield from _changed(f"{key}.rate", _own_rate(before, name), _own_rate(after, name), follows)
-            yield from _changed(f"{key}.clock_offset", _offset(before, name), _offset(after, name))
+            rates, offsets = ([told(flat, name) for flat in (before, after)] for told in (_own_rate, _offset))
+            yield from times.changed(f"{key}.{RATE}", name, RATE, rates[0], rates[1])
+            yield from times.changed(f"{key}.{CLOCK_OFFSET}", name, CLOCK_OFFSET, offsets[0], offsets[1])
 
 
-def _other_formulas(flat: FlatGraph, formulas: tuple[dict[str, str], dict[str, str]]) -> Iterator[GraphDifference]:
+def _other_formulas(
+    flat: FlatGraph, formulas: tuple[dict[str, str], dict[str, str]], times: _Times
+) -> Iterator[GraphDifference]:
     """Yield other formulas of rates, times and entries of measures: those of parameters stand at their blocks."""
     parameters = {f"{name}.{parameter}" for name, block in flat.blocks.items() for parameter in type(block).parameters}
+    parameters |= times.told
     yield from changed_entries(
         "formulas.", *({key: text for key, text in table.items() if key not in parameters} for table in formulas)
     )

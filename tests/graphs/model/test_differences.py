@@ -1,9 +1,11 @@
 """Differences of graphs: fifty mutations, each named with its key and nothing else; and what makes no difference."""
 
+from pathlib import Path
+
 import pytest
 
 from proofmass.blocks import Constant, Sum
-from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.graphs.files.toml_reader import read_graph, read_graph_text
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.differences import GraphDifference, differences
@@ -235,6 +237,44 @@ def test_a_formula_that_became_a_number_is_named(formula: str) -> None:
     number, key = IN_NUMBERS[formula]
     found = differences(read_graph_text(FOLLOWING), read_graph_text(FOLLOWING.replace(formula, number)))
     assert found == [GraphDifference(key, formula, "")]
+
+
+@pytest.mark.defect(
+    "S1005", before="two changes where one formula has changed, and `follows` at some", after="one each"
+)
+@pytest.mark.parametrize(
+    ("formula", "other", "found"),
+    [
+        ("= 16 * pace", "= 32 * pace", ("rate", "16 kHz (= 16 * pace)", "32 kHz (= 32 * pace)")),
+        ("= 800 / pace", "= 900 / pace", ("duration", "800 ms (= 800 / pace)", "900 ms (= 900 / pace)")),
+        ("= 8 * pace", "4 kHz", ("blocks.gain.rate", "8 kHz (= 8 * pace)", "4 kHz")),
+        ("= 0.0625 / pace", "0 s", ("blocks.gain.clock_offset", "62.5 us (= 0.0625 / pace)", "")),
+    ],
+)
+def test_a_formula_of_a_rate_or_a_time_stands_beside_its_number(
+    formula: str, other: str, found: tuple[str, str, str]
+) -> None:
+    changed = FOLLOWING.replace(formula, other)
+    assert differences(read_graph_text(FOLLOWING), read_graph_text(changed)) == [GraphDifference(*found)]
+
+
+def test_a_formula_of_the_rate_of_a_part_stands_at_its_blocks(tmp_path: Path) -> None:
+    """A block with a rate of its own does not follow; what does follow from a value says so."""
+    inner = 'exports.input = "a.input"\nblocks.a.kind = "Gain"\nblocks.b = { kind = "Constant", rate = "2 kHz" }\n'
+    (tmp_path / "part.toml").write_text(inner)
+
+    def outer(rate: str, pace: str = "1 kHz") -> Graph:
+        path = tmp_path / "outer.toml"
+        part = f'blocks.part = {{ graph = "part.toml", rate = "{rate}" }}'
+        path.write_text(f'rate = "16 kHz"\nvalues.pace = "{pace}"\n{part}\n')
+        return read_graph(path)
+
+    assert differences(outer("= 8 * pace"), outer("= 4 * pace")) == [
+        GraphDifference("blocks.part.a.rate", "8 kHz (= 8 * pace)", "4 kHz (= 4 * pace)")
+    ]
+    assert differences(outer("= 8 * pace"), outer("= 8 * pace", "2 kHz"))[1:] == [
+        GraphDifference("blocks.part.a.rate", "8 kHz", "", "pace")
+    ]
 
 
 @pytest.mark.defect("S992", before="alike to six digits: they mean the same", after="all digits count")
