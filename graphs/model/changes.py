@@ -239,13 +239,24 @@ def moved(graph: AnyGraph, folder: str) -> AnyGraph:
     )
 
 
+def recording_of(block: Block) -> str:
+    """Return the file of the recording that a block plays; "" for any other block."""
+    recorded = any(buffer.recorded for buffer in type(block).buffers.values())
+    return getattr(block, "file", "") if recorded else ""
+
+
+def recordings_of(graph: Graph) -> list[str]:
+    """Return the recordings that a graph and its subgraphs play, as they are named there."""
+    inside = [file for part in graph.subgraphs.values() for file in recordings_of(part)]
+    return [*filter(None, map(recording_of, graph.blocks.values())), *inside]
+
+
 def with_recordings(graph: AnyGraph, folder: str, named: Callable[[str, str], str]) -> AnyGraph:
     """The graph with other names, from a folder, of the recordings that it plays: `named` gets folder and name."""
     parts = {name: with_recordings(part, folder, named) for name, part in graph.subgraphs.items()}
     played: dict[str, Block] = {}
     for name, block in graph.blocks.items():
-        file = getattr(block, "file", "")
-        if file and any(buffer.recorded for buffer in type(block).buffers.values()):
+        if file := recording_of(block):
             other = named(graph.place.folder, file)
             if other != file:
                 played[name] = _changed(block, {"file": other})

@@ -12,7 +12,7 @@ from typing import Any, TypeGuard
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
 from proofmass.blocks.declaration.spelled_units import decimal_in
 from proofmass.graphs.drawing.diagram import subgraph_paths, svg
-from proofmass.graphs.model.changes import with_parameters
+from proofmass.graphs.model.changes import recording_of, with_parameters
 from proofmass.graphs.model.flatten import parts
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.rates import read_duration
@@ -294,6 +294,5 @@ def _files(graph: Graph) -> Iterator[Path]:
         if part.place.file:
             yield Path(part.place.file)
         for block in part.blocks.values():
-            file = vars(block).get("file", "")
-            if file and any(buffer.recorded for buffer in type(block).buffers.values()):
+            if file := recording_of(block):
                 yield Path(part.place.folder) / file

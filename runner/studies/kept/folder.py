@@ -6,7 +6,7 @@ from pathlib import Path
 
 from proofmass.blocks.declaration.catalog import Own
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.model.changes import moved
+from proofmass.graphs.model.changes import moved, recordings_of
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.graphs.studies.study_writer import files_beside, write_study
@@ -75,7 +75,7 @@ def kept_result(folder: Path, own: Own | None = None, asked: Study | None = None
     measures = SensorRuns(study, "python").measures
     names = (measure.name for measure in measures)
     facts = {"study": study.text()}
-    if moved(study.graph, str(folder / STUDY_FILE)) is study.graph:  # recordings have other names from here
+    if not recordings_of(study.graph):  # they have other names from here
         facts["graph"] = graph_text(study.graph)
     ledger = Ledger(folder / FILE, names, len(study.epochs), facts)
     try:

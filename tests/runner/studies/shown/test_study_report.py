@@ -147,6 +147,16 @@ def test_its_commands_replay_the_runs_it_names(
         assert replayed["measures"][name]["value"] == result[name][run, epoch]
 
 
+@pytest.mark.defect("C887", before="a report of a study that plays a recording was refused", after="written")
+def test_a_study_that_plays_a_recording_is_read_back(tmp_path: Path) -> None:
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "source.csv").write_text(RECORDING)
+    played = RECORDED.replace('kind = "Triple"', 'kind = "Gain", gain = 3')
+    (tmp_path / "study.toml").write_text(played)
+    ran = run_study(tmp_path / "study.toml", folder=tmp_path / "kept", engine="python")
+    assert kept_result(tmp_path / "kept").digest == ran.digest
+
+
 @pytest.mark.exhaustive
 def test_its_commands_know_the_blocks_of_the_user(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
