@@ -82,9 +82,10 @@ def looks(of: RestingNumbers, runs: int, numbers: Callable[[int], Array]) -> Ite
         places = range(max(periods % step, periods - _STEPS * step), periods + 1, step)
         rows |= {at: numbers(ticks * at) for at in places if at not in rows}
         tick, largest = ticks * periods, np.maximum(largest, np.abs(rows[periods]))
-        one_way, ways = _ways(np.array([rows[at] for at in places]), (MOST - tick) / (ticks * step))
-        moves = np.abs(rows[periods] - rows[earlier]) * (of.own | one_way)
-        shares = np.divide(np.maximum(moves, ways), largest, out=np.zeros_like(largest), where=largest > 0.0)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # what grows leaves all numbers
+            one_way, ways = _ways(np.array([rows[at] for at in places]), (MOST - tick) / (ticks * step))
+            moves = np.abs(rows[periods] - rows[earlier]) * (of.own | one_way)
+            shares = np.divide(np.maximum(moves, ways), largest, out=np.zeros_like(largest), where=largest > 0.0)
         still = np.where((shares <= TOLERANCE).all(axis=1), still + 1, 0)
         yield SettlingLook(ticks * earlier, tick, moves, ways, shares, (still >= 2) & (tick >= FEWEST))
 
@@ -115,9 +116,8 @@ def _ways(values: Array, far: float) -> tuple[Truths, Array]:
     steps = np.diff(values, axis=0)
     if len(steps) < 2:
         return np.zeros(values.shape[1:], dtype=bool), np.zeros(values.shape[1:])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = steps[-1] / steps[-2]
-        on = np.where(ratio < 1.0, np.minimum(ratio / (1.0 - ratio), far), far)
+    ratio = steps[-1] / steps[-2]
+    on = np.where(ratio < 1.0, np.minimum(ratio / (1.0 - ratio), far), far)
     one_way = (steps > 0.0).all(axis=0) | (steps < 0.0).all(axis=0)
     return np.asarray(one_way), np.where(one_way, np.abs(steps[-1]) * on, 0.0)
 

@@ -19,6 +19,7 @@ from proofmass.runner.analysis.linearisation.linearisation import Linearisation,
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import common_period
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
+from proofmass.runner.analysis.linearisation.poles import judged
 from proofmass.runner.analysis.noise.band import bends, mean_squares, rule
 from proofmass.runner.analysis.noise.derivatives import slopes_and_sizes
 from proofmass.runner.analysis.noise.grids import errors_about
@@ -34,10 +35,10 @@ _LEAST = 1e-4  # of half the rate: the lowest frequency of a density that is ref
 
 def read_response(
     points: OperatingPoints, wanted: ResponseFigure, parameters: Mapping[str, float], slopes: bool
-) -> Reading:
+) -> Reading | NoValue:
     """Return a figure of a response; infinite where it has no value, as the settling time of what never settles.
 
-    Raises `ModelError` where no way leads from the input to the output.
+    What grows without end has none. Raises `ModelError` where no way leads from the input to the output.
     """
     planned = points.plan
     source, target = node_of(planned, wanted.input), node_of(planned, wanted.output)
@@ -48,7 +49,10 @@ def read_response(
     def figure(of: PeriodMap) -> float:
         return value_of_response(response_of_map(planned, source, target, of, shown), wanted.figure)
 
-    value = figure(whole)
+    response = response_of_map(planned, source, target, whole, shown)
+    if response.wires.radius > 1.0 and judged(whole.moved_between(), True)[0] == "unstable":
+        return NoValue(f"what {wanted.input} does to {wanted.output} grows without end", unstable=True)
+    value = value_of_response(response, wanted.figure)
     if not slopes or not math.isfinite(value):
         return Reading(value, {})
     known = {name: parameters[name] for name in parameters if name in whole.slopes}

@@ -125,6 +125,35 @@ def test_measures_of_runs_have_values_beside_an_unstable_loop() -> None:
     assert values["margin"] is None
 
 
+@pytest.mark.defect("S1034", before="a largest gain of 9.95, of what grows", after="unstable, with its reason")
+def test_a_response_of_what_grows_has_no_figure() -> None:
+    """The graph names no loop, and x[n + 1] = 1.1 x[n] + u[n] has formally a gain of 10 at rest."""
+    text = BESIDE_A_LOOP.replace('loops.main.open_at = "back.output"\n', "").replace("gain = 0.98", "gain = 1.1")
+    figure = {"input": "source.output", "response": "back.output", "figure": "peak"}
+    found = worst(read_graph_text(text), {"peak": figure}, tolerances={"back.gain": "1 %"}, samples=3)
+    assert "what source.output does to back.output grows without end" in worst_text(found)
+    assert [case.worst for case in found.cases] == [None]
+
+
+def test_a_response_of_two_integrators_has_its_gain() -> None:
+    """Both poles are at 1, where rounding may put them outside: 1 / (2 sin(w / 2))^2 = 1 / 4 at half the rate."""
+    text = """
+name = "integrators"
+rate = "1 kHz"
+samples = 20
+wires = ["source.output -> sum.first", "one.output -> sum.second", "sum.output -> one.input",
+         "one.output -> all.first", "two.output -> all.second", "all.output -> two.input"]
+blocks.source = { kind = "Constant", value = 1 }
+blocks.sum = { kind = "Sum" }
+blocks.one = { kind = "Delay", ticks = 1 }
+blocks.all = { kind = "Sum" }
+blocks.two = { kind = "Delay", ticks = 1 }
+"""
+    figure = {"input": "source.output", "response": "two.output", "figure": "gain", "frequency": "500 Hz"}
+    found = worst(read_graph_text(text), {"gain": figure}, tolerances={"source.value": "1 %"}, samples=1)
+    assert [case.worst for case in found.cases] == [pytest.approx(0.25)] * len(found.cases)
+
+
 @pytest.mark.exhaustive
 def test_a_worst_case_inside_is_found_where_no_corner_is() -> None:
     text = COUPLED.replace("gain = 0.6", "gain = 0.0").replace("gain = 200.0", "gain = 300.0")
