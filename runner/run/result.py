@@ -18,7 +18,7 @@ from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.blocks.declaration.shown_units import display
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph, Probe
-from proofmass.runner.host.arrays import AnyArray
+from proofmass.runner.host.arrays import AnyArray, read_only
 from proofmass.runner.host.notebook import Plotted, html_table
 from proofmass.runner.plan.measuring import Measured
 from proofmass.runner.plan.memory import Memory
@@ -80,11 +80,11 @@ def _scaled_statistics(values: AnyArray, scale: float) -> Statistics:
 _MEANT = {"data": "values", "array": "values", "y": "values", "time": "times", "t": "times", "x": "times"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trace(NDArrayOperatorsMixin, Plotted):
     """Recording of one probe: a row per tick, the first at t = 0 or its block's clock offset.
 
-    Arithmetic with it gives arrays of its values, as in `2 * trace` or `numpy.abs(trace)`.
+    Arithmetic with it gives arrays of its values, as in `2 * trace` or `trace == 0`.
 
     >>> from proofmass import read_graph, simulate
     >>> trace = simulate(read_graph("library:template"), duration="1 ms")["sensor.displacement"]
@@ -97,10 +97,13 @@ class Trace(NDArrayOperatorsMixin, Plotted):
     doc: str  # the sentence that the port has
     stride: int  # base ticks from row to row
     base_rate: Fraction  # Hz, of the graph
-    values: AnyArray  # in the unit; of a fixed-point signal exact up to 53 bits
+    values: AnyArray  # in the unit, read-only; of a fixed-point signal exact up to 53 bits
     format: Fixed | None = None  # of a fixed-point signal
     phase: int = 0  # base tick of the first row
     shown_in: str = ""  # unit of tables and pictures, such as "deg/h", where its probe says one
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "values", read_only(self.values))
 
     @property
     def facts(self) -> dict[str, str]:
@@ -167,6 +170,8 @@ class Trace(NDArrayOperatorsMixin, Plotted):
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
         """Return what a function of NumPy makes of the values."""
         values = [one.values if isinstance(one, Trace) else one for one in inputs]
+        if any(isinstance(one, Trace) for one in options.get("out", ())):
+            raise ValueError("the values of a trace cannot be changed; numpy.array(trace) is a copy that can")
         return getattr(ufunc, method)(*values, **options)
 
     def __repr__(self) -> str:
@@ -329,8 +334,7 @@ class Result(Plotted):
             row: dict[str, Any] = {"signal": trace.signal, "unit": trace.unit, "rows": len(trace.values)}
             if trace.values.ndim > 1:
                 row["entries"] = trace.entries
-            numbers = trace.statistics
-            if numbers:
+            if numbers := trace.statistics:
                 mean, std = _of_all_entries(numbers, len(trace.values))
                 row |= {
                     "mean": mean,

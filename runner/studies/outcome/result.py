@@ -13,7 +13,7 @@ from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.shown_units import display, in_table, long_time, prefix
 from proofmass.graphs.studies.study import RUN, Study
-from proofmass.runner.host.arrays import AnyArray
+from proofmass.runner.host.arrays import AnyArray, read_only
 from proofmass.runner.host.notebook import Plotted, html_table
 from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.studies.draws.drawn_table import DrawnTable
@@ -46,7 +46,7 @@ class StudyResult(Plotted):
     study: Study  # that ran
     measures: tuple[PlannedMeasure, ...]  # with their units
     numbers: AnyArray  # of the runs that are done
-    values: Mapping[str, AnyArray]  # by measure, a row per run and a column per epoch
+    values: Mapping[str, AnyArray]  # by measure, read-only, a row per run and a column per epoch
     faults: Mapping[tuple[int, int], str]  # by run and epoch
     planned_runs: int  # after which the study ends
     seconds: float  # wall time
@@ -54,6 +54,9 @@ class StudyResult(Plotted):
     provenance: Mapping[str, str] = field(default_factory=dict)  # versions, machine and date
     lost_workers: tuple[str, ...] = ()  # of Dask, by address: others did their runs
     noted: Callable[[], Iterable[Problem]] = field(default=tuple, repr=False, compare=False)  # gives the notes
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "values", {name: read_only(values) for name, values in self.values.items()})
 
     def __getitem__(self, measure: str) -> AnyArray:
         return self.values[measure]

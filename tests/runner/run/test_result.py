@@ -307,3 +307,37 @@ def test_only_an_interrupted_run_has_a_checkpoint(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="the run was not interrupted"):
         save_checkpoint(simulate(graph, samples=3), plan(graph), tmp_path)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.defect(
+    "S1013", before="`trace == 3.0` was False, and counted no rows, where `!=` gave an array", after="rows"
+)
+def test_a_trace_is_compared_row_by_row() -> None:
+    trace = made_trace("adc.code", [1, 3, 3])
+    assert (trace == 3).tolist() == [False, True, True]
+    assert (trace == dataclasses.replace(trace, shown_in="V")).all()
+    assert np.count_nonzero(trace != 3) == 1
+
+
+@pytest.mark.defect("S1014", before="`dataset['x'] *= 1000` scaled the trace: 3 V were 3000 V in it", after="refused")
+def test_what_is_made_of_a_result_does_not_change_it() -> None:
+    result = made_result([made_trace("a.level", [1.0, 3.0], "V")])
+    result["a.level"].digest  # noqa: B018  # kept from now on
+    data = result.to_xarray()
+    with pytest.raises(ValueError, match="read-only"):
+        data["a.level"] *= 1000.0
+    with pytest.raises(ValueError, match="read-only"):
+        result["a.level"].values[0] = 5.0
+    copy = np.array(result["a.level"])
+    copy *= 1000.0
+    assert result["a.level"].values.tolist() == [1.0, 3.0]
+
+
+@pytest.mark.defect("C890", before="`trace += 1` recursed without end", after="the values of a trace cannot be changed")
+def test_a_trace_takes_no_results_of_functions() -> None:
+    trace = made_trace("a.level", [1.0, 3.0])
+    with pytest.raises(ValueError, match="the values of a trace cannot be changed"):
+        trace += 1.0
+    with pytest.raises(ValueError, match="the values of a trace cannot be changed"):
+        np.add(trace, 1.0, out=trace)
+    assert np.add(trace, 1.0, out=np.zeros(2)).tolist() == [2.0, 4.0]

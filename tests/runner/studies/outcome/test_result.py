@@ -176,3 +176,14 @@ def test_outcomes_are_put_together_in_the_order_in_which_they_are_given() -> Non
     assert together([one], 1, 1) is one
     nothing = together([], 3, 2)
     assert (nothing.values.shape, nothing.numbers.dtype, len(nothing.numbers)) == ((0, 3, 2), np.int64, 0)
+
+
+@pytest.mark.defect("S1015", before="`bias = result['bias']; bias *= 1000` changed the yield to 0", after="refused")
+def test_values_of_a_study_cannot_be_changed() -> None:
+    result = study_result("limits = { bias = { at_most = 3 } }\n", {"bias": [[1.0], [3.0]]})
+    bias = result["bias"]
+    with pytest.raises(ValueError, match="read-only"):
+        bias *= 1000.0
+    with pytest.raises(ValueError, match="read-only"):
+        result.to_xarray()["bias"] *= 1000.0
+    assert result.yields()["bias"] == 1.0
