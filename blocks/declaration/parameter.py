@@ -55,8 +55,7 @@ class Parameter:
         An array of NumPy counts as its numbers. Raises `Refusal` when the value is of the wrong
         type, not finite or out of bounds.
         """
-        as_list = getattr(value, "tolist", None)
-        value = as_list() if callable(as_list) else value
+        value = plain(value)
         if self.kind is tuple:
             if not isinstance(value, list | tuple):
                 raise Refusal("must be a list of numbers")
@@ -124,6 +123,12 @@ class Parameter:
             and (self.below is None or number < self.below)
             and (self.at_most is None or number <= self.at_most)
         )
+
+
+def plain(value: Any) -> Any:
+    """Return a number or an array of NumPy as Python has it, anything else as it is."""
+    as_list = getattr(value, "tolist", None)
+    return as_list() if callable(as_list) else value
 
 
 def _format(value: object) -> Fixed:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.named_arguments import named_arguments
+from proofmass.blocks.declaration.parameter import plain
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, collecting, did_you_mean, shown
 from proofmass.graphs.formulas.formula import Formula, is_formula
 from proofmass.graphs.model.changes import moved, settled, with_parameters
@@ -122,8 +123,9 @@ class Graph(Value):
         refuse_unnamed(blocks)
         blocks = {**subgraphs, **blocks}
         parts = {part: block for part, block in sorted(blocks.items()) if isinstance(block, Value)}
-        plain: dict[str, Any] = {"name": name, "description": description, "samples": samples, "seed": seed}
-        reader.problems += wrong_values(plain)
+        keys: dict[str, Any] = {"name": name, "description": description, "samples": samples, "seed": seed}
+        keys = {key: plain(value) for key, value in keys.items()}
+        reader.problems += wrong_values(keys)
         if samples is not None and duration is not None:
             message, hint = "give samples or duration, not both", "remove one of them"
             reader.problems.append(Problem(message=message, hint=hint, path=("samples",)))
@@ -167,7 +169,7 @@ class Graph(Value):
             told = with_nearest(reader.problems, blocks, wires)
             raise ModelError(list(map(place.placed, told)))
         super().__init__(
-            **plain,
+            **keys,
             rate=own_rate,
             duration=own_duration,
             blocks={block: made for block, made in blocks.items() if isinstance(made, Block)},
@@ -269,7 +271,7 @@ def read_probe(value: object) -> Probe:
         value = value._asdict()
     if not isinstance(value, Mapping) or not set(value) <= {*Probe._fields} or not _is_signal(value.get("signal")):
         raise Refusal("not a probe", 'write "block.output" or { signal = "block.output", every = 10 }')
-    every = value.get("every", 1)
+    every = plain(value.get("every", 1))
     if isinstance(every, bool) or not isinstance(every, int) or not 1 <= every <= LARGEST_RUN:
         raise Refusal("every must be an integer of at least 1")
     return Probe(value["signal"], every, read_display_unit(value.get("unit", "")))

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from fractions import Fraction
 from typing import NamedTuple
 
+from proofmass.blocks.declaration.parameter import plain
 from proofmass.blocks.declaration.problem import Refusal
 from proofmass.blocks.declaration.units import convert_exactly
 from proofmass.graphs.model.limits import TEXT_LENGTH
@@ -172,6 +173,7 @@ def _quantity(text: str, unit: str) -> Fraction:
 
 
 def _number(value: object, message: str, example: str) -> Fraction:
+    value = plain(value)
     if isinstance(value, bool) or not isinstance(value, int | float | Fraction):
         raise Refusal(message, example)
     if isinstance(value, float):

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from graphlib import CycleError, TopologicalSorter
 
+from proofmass.blocks.declaration.parameter import plain
 from proofmass.blocks.declaration.problem import Problem, Refusal, problems_of_table, shown
 from proofmass.blocks.declaration.unit_expressions import is_unit, unit
 from proofmass.blocks.declaration.units import convert_exactly, split_quantity
@@ -100,6 +101,7 @@ def bad_name(name: object, taken: Mapping[str, str]) -> Iterator[Problem]:
 
 def read_quantity(entry: object) -> NamedValue:
     """Return the value of a number, or a text with a number and a unit; raises `Refusal`."""
+    entry = plain(entry)
     if isinstance(entry, bool) or not isinstance(entry, int | float | str):
         raise Refusal("must be a number, or a text with a unit", EXAMPLE)
     if isinstance(entry, float) and not math.isfinite(entry):

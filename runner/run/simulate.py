@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from proofmass.blocks.declaration.named_arguments import named_arguments
+from proofmass.blocks.declaration.parameter import plain
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, shown
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.graph import Graph
@@ -171,11 +172,10 @@ def _run(planned: Plan, options: RunOptions) -> _Run:
         except Refusal as error:
             refuse("duration", options.duration, str(error), hint=error.hint)
     elif options.samples is not None:
-        if _is_integer(options.samples) and options.samples >= 1:
-            ticks = options.samples
-        else:
+        ticks = plain(options.samples)
+        if not _is_integer(ticks) or ticks < 1:
             refuse("samples", options.samples, "must be an integer of at least 1")
-    seed = planned.graph.seed if options.seed is None else options.seed
+    seed = planned.graph.seed if options.seed is None else plain(options.seed)
     if not _is_integer(seed) or not 0 <= seed <= LARGEST_SEED:
         refuse("seed", seed, "must be an integer", expected=f"0 to {LARGEST_SEED}")
     if problems:

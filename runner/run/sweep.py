@@ -12,6 +12,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.named_arguments import named_arguments
+from proofmass.blocks.declaration.parameter import plain
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.changes import with_parameters
@@ -132,7 +133,7 @@ def sweep(
     [(10, -175.0), (12, -700.0)]
     """
     graph = graph_from(graph)
-    lists = {name: tuple(entries) for name, entries in values.items() if not isinstance(entries, str)}
+    lists = {name: tuple(map(plain, entries)) for name, entries in values.items() if not isinstance(entries, str)}
     _refuse(values, lists, zipped=zipped)
     graphs = list(_changed(graph if traces else graph.changed(probes=()), points(lists, zipped=zipped)))
     plans = [plan(changed) for changed in graphs]

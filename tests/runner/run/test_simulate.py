@@ -29,6 +29,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.graph import Probe
 from proofmass.runner.planning.plan import Plan, plan
 from proofmass.runner.program.tick import write_tick
 from proofmass.runner.run import engines
@@ -315,3 +316,13 @@ def test_a_run_that_ends_before_its_text_is_written_is_interpreted(monkeypatch: 
     assert choose(planned, 10, "auto", lambda: bool(asked.append(10))) == "python"
     assert not asked
     assert choose(planned, 1_000, "auto") == "compiled"
+
+
+@pytest.mark.defect("C891", before="Invalid literal for Fraction: 'np.float64(1000.0)'", after="a number as any other")
+def test_numbers_of_numpy_are_numbers() -> None:
+    at: dict[str, Any] = {"rate": np.float64(1000.0), "samples": np.int64(5), "seed": np.int64(3)}
+    probe = Probe("ramp.output", every=np.int64(2))  # type: ignore[arg-type]
+    graph = Graph(name="numpy", blocks={"ramp": Ramp()}, values={"level": np.float64(2.0)}, probes=[probe], **at)
+    assert simulate(graph)["ramp.output"].times.tolist() == [0.0, 0.002, 0.004]
+    assert simulate(graph, duration=np.float64(0.01)).ticks == 11
+    assert simulate(graph, samples=np.int32(7), seed=np.int64(9)).seed == 9  # type: ignore[arg-type]

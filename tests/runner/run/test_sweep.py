@@ -122,3 +122,10 @@ def test_a_value_and_a_measure_of_one_name(zipped: bool, tmp_path: Path) -> None
     assert sweep_lines(result, ["level"])[0].split() == ["parameter.level", "factor", "level"]
     with save_sweep_csv(result, ["level"], tmp_path / "sweep.csv").open(newline="") as file:
         assert list(csv.reader(file))[:2] == [["parameter.level", "factor", "level [1]"], ["1.0", "3.0", "3.0"]]
+
+
+@pytest.mark.defect("S1016", before="values of a NumPy array were texts in a Dataset: '10' before '8'", after="numbers")
+def test_values_of_an_array_are_numbers() -> None:
+    result = proofmass.sweep(GRAPH, {"adc.bits": np.array([8, 10])})
+    assert result.values["adc.bits"] == (8, 10)
+    assert result.to_xarray()["adc.bits"].dtype.kind == "i"
