@@ -33,11 +33,13 @@ def fit_recordings(request: FitRequest) -> int:
             progress=bar,
         )
     paths = []
-    if request.plot is not None:
-        paths.append(save_figure(plot_fitted(fitted), request.plot))
-    if request.target is not None and fitted.determined:
-        paths.append(write_whole(request.target, edit_file(request.target, fitted.changes)))
-    print_answer(request.as_json, lambda: {"graph": graph.name} | fitted.as_data(), [fitted_text(fitted)])
+    try:  # before anything is printed, as in `run_fit`
+        if request.plot is not None:
+            paths.append(save_figure(plot_fitted(fitted), request.plot))
+        if request.target is not None and fitted.determined:
+            paths.append(write_whole(request.target, edit_file(request.target, fitted.changes)))
+    finally:
+        print_answer(request.as_json, lambda: {"graph": graph.name} | fitted.as_data(), [fitted_text(fitted)])
     for path in paths:
         print_file(path, request.as_json)
     if request.target is not None and not fitted.determined:

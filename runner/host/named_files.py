@@ -14,7 +14,7 @@ def named(path: str | Path) -> Iterator[None]:
     except OSError as error:
         if error.errno is None:  # libraries have words alone: "1000 requested and 46 written"
             raise OSError(errno.EIO, str(error), str(path)) from error
-        error.filename = error.filename or str(path)
+        error.filename, error.filename2 = str(path), None
         raise
 
 

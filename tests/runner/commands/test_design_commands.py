@@ -108,6 +108,20 @@ def test_fit_writes_what_it_finds(resonator: Path, tmp_path: Path, capsys: Captu
 
 
 @pytest.mark.exhaustive
+@pytest.mark.defect(
+    "H898", before="what a fit had found was lost where its picture could not be written", after="shown"
+)
+def test_a_fit_is_shown_where_its_picture_cannot_be_written(resonator: Path, tmp_path: Path, capsys: Captured) -> None:
+    given = ["--data", str(tmp_path / "record.csv"), "--input", "force.output=push", "--output", "seen.output=volts"]
+    free = ["--free", "sensor.stiffness=4 N/m..7 N/m", "--free", "sensor.damping"]
+    picture = resonator / "fit.svg"
+    assert main(["fit", str(resonator), *given, *free, "--plot", str(picture)]) == 3
+    captured = capsys.readouterr()
+    assert "sensor.stiffness" in captured.out
+    assert f"cannot write or read {picture}" in captured.err
+
+
+@pytest.mark.exhaustive
 def test_fit_refuses_to_write_what_is_not_determined(resonator: Path, tmp_path: Path, capsys: Captured) -> None:
     given = ["--data", str(tmp_path / "record.csv"), "--input", "force.output=push", "--output", "seen.output=volts"]
     before = resonator.read_text(encoding="utf-8")

@@ -21,7 +21,7 @@ from proofmass.graphs.model.graph import Place
 from proofmass.runner.commands.answers import write_or_print
 from proofmass.runner.commands.schema_command import write_schema_file
 from proofmass.runner.output import export
-from proofmass.runner.output.export import save_csv, save_netcdf, save_parquet, save_summary, whole_file
+from proofmass.runner.output.export import save_csv, save_netcdf, save_parquet, save_summary, whole_file, write_whole
 from proofmass.runner.plan.memory import start
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run import result as result_module
@@ -215,6 +215,20 @@ def test_an_interruption_leaves_the_file_that_was_there(tmp_path: Path) -> None:
         interrupted()
     assert [p.name for p in tmp_path.iterdir()] == ["summary.json"]
     assert path.read_text() == "as it was"
+
+
+@pytest.mark.defect(
+    "H899", before="cannot write or read .plot.svg.10628.part", after="names the file that was asked for"
+)
+def test_a_file_that_cannot_be_written_is_named_as_it_was_asked_for(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    (tmp_path / "folder").mkdir()
+    for path in (tmp_path / "file" / "plot.svg", tmp_path / "folder"):
+        with pytest.raises(OSError, match=r"\S") as caught:
+            write_whole(path, "text")
+        assert caught.value.filename == str(path)
+        assert caught.value.filename2 is None
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "folder"]
 
 
 @pytest.mark.parametrize("form", SAVERS)
