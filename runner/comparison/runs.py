@@ -24,6 +24,8 @@ from proofmass.runner.studies.runs.margins_per_run import margin_measures, margi
 SUMMARY, TRACES = "summary.json", "traces.nc"
 _LEAST = 5e-324  # the least number above zero
 _DEPENDS = ("seed", "ticks", "base_rate", "proofmass")  # facts of a run that its numbers depend on, beside the graph
+_WHICH = ("graph_hash", "date")  # tell a run from others
+_ANEW = "run it with --out and without --format csv alone"
 
 
 @dataclass(frozen=True)
@@ -117,7 +119,7 @@ def compare_runs(before: Path, after: Path, tolerance: Allowance, own: Own | Non
         for key in _DEPENDS
         if first.get(key) != second.get(key)
     ]
-    traces = tuple(_traces(before / TRACES, after / TRACES, tolerance))
+    traces = tuple(_traces(before, after, (first, second), tolerance))
     measures = tuple(_measures(first.get("measures", {}), second.get("measures", {}), tolerance))
     margins, notes = _margins(one, other, tolerance) if graph and one and other else ((), (unread,) if unread else ())
     return RunComparison(tuple(graph), tuple(facts), traces, measures, margins, notes)
@@ -171,18 +173,22 @@ def _close(was: float | None, now: float | None, tolerance: Allowance) -> bool:
     return abs(now - was) <= tolerance.of(abs(was))
 
 
-def _traces(before: Path, after: Path, tolerance: Allowance) -> Iterator[TraceChange]:
-    there = [path.is_file() for path in (before, after)]
+def _traces(
+    before: Path, after: Path, summaries: tuple[Mapping[str, Any], ...], tolerance: Allowance
+) -> Iterator[TraceChange]:
+    there = [(folder / TRACES).is_file() for folder in (before, after)]
     if not all(there):
         if any(there):
-            path = before if there[1] else after
-            raise _refused(path.parent, f"has no {path.name}", "run it with --out and without --format csv alone")
+            raise _refused(before if there[1] else after, f"has no {TRACES}", _ANEW)
         return
     need("h5netcdf")
     # for start-up time: only traces need it
     import h5netcdf
 
-    with h5netcdf.File(before, "r") as first, h5netcdf.File(after, "r") as second:
+    with h5netcdf.File(before / TRACES, "r") as first, h5netcdf.File(after / TRACES, "r") as second:
+        for folder, data, summary in zip((before, after), (first, second), summaries, strict=True):
+            if any(str(summary.get(key)) != data.attrs.get(key) for key in (*_DEPENDS, *_WHICH)):
+                raise _refused(folder, f"holds no whole run: {TRACES} is not of the run of {SUMMARY}", _ANEW)
         names = dict.fromkeys(
             name for data in (first, second) for name in data.variables if name not in data.dimensions
         )

@@ -170,3 +170,13 @@ def test_margins_of_loops_that_differ(tmp_path: Path) -> None:
     assert not compare_runs(first, first, Allowance()).margins, "equal graphs have equal margins"
     text = "\n".join(text_of(run_tables(compare_runs(first, second, Allowance()))))
     assert "main.phase_margin" in text
+
+
+@pytest.mark.defect(
+    "S1017", before="traces that an earlier run had left were compared as those of the last", after="refused"
+)
+def test_traces_of_an_earlier_run_are_not_those_of_the_last(before: Path, tmp_path: Path) -> None:
+    again = saved(tmp_path / "again", TEXT.replace("gain = 2", "gain = 2.02"))
+    save_summary(simulate(read_graph_text(TEXT), engine="python"), again / "summary.json")  # as `--format csv` does
+    with pytest.raises(ModelError, match=r"traces\.nc is not of the run of summary\.json"):
+        compare_runs(before, again, Allowance())
