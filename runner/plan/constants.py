@@ -6,9 +6,12 @@ from typing import Any
 
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.problem import Refusal, shown
 from proofmass.blocks.language.arithmetic import HIGHEST, LOWEST
 from proofmass.blocks.language.forms import constants_form, form_of
 from proofmass.runner.fixed.step_formats import held_as
+
+_CURES = {int: "write int(...), round(...) or math.floor(...)", bool: "write a comparison, such as value != 0"}
 
 
 def constants_of(block: Block, parameters: Any, period: float) -> Any:
@@ -31,28 +34,47 @@ def in_python(block: Block, behaviour: Behaviour) -> Callable[..., Any]:
 
 
 def start_of(block: Block, buffers: Mapping[str, list[float]], period: float) -> Any:
-    """State at tick 0; may fill the buffers."""
+    """State at tick 0, of zeros or the defaults of its fields; may fill the buffers."""
     if "start" in type(block).functions:
-        start = type(block).functions["start"]
-        return typed(start.function(block, *start.named({**buffers, "period": period})))
-    state = type(block).state_class()
-    return None if state is None else state(*(held_as(kind)(0) for kind in state.__annotations__.values()))
+        start, sizes = type(block).functions["start"], {name: len(held) for name, held in buffers.items()}
+        begin = typed(start.function(block, *start.named({**buffers, "period": period})))
+        for name in buffers.keys() & set(start.arguments):
+            held, kind = buffers[name], type(block).buffers[name].dtype
+            if len(held) != sizes[name]:
+                raise Refusal(f"{name} must keep its {sizes[name]} entries, and has {len(held)}")
+            held[:] = [_typed(name, kind, entry) for entry in held]
+        return begin
+    state: Any = type(block).state_class()
+    return state and typed(state(*(state._field_defaults.get(name, 0) for name in state._fields)))
 
 
 def typed(values: Any) -> Any:
-    """Return a NamedTuple, each field converted to its declared type, as in the compiled loop."""
+    """Return a NamedTuple, each field converted to its declared type, as in the compiled loop.
+
+    Raises `Refusal` where a number would be another one as that type.
+    """
     if values is None:
         return None
-    kinds = type(values).__annotations__.values()
-    return type(values)(*(_typed(kind, value) for kind, value in zip(kinds, values, strict=True)))
+    kinds = type(values).__annotations__.items()
+    return type(values)(*(_typed(name, kind, value) for (name, kind), value in zip(kinds, values, strict=True)))
 
 
-def _typed(kind: Any, value: Any) -> Any:
-    if not isinstance(value, tuple):
-        made = held_as(kind)(value)
-        if isinstance(made, int) and not LOWEST <= made <= HIGHEST:
-            raise OverflowError(f"{made} does not fit 64 bits")
-        return made
-    kinds = typing.get_args(kind) or (float,)
-    kinds = kinds[:1] * len(value) if len(kinds) < 2 or kinds[1] is Ellipsis else kinds
-    return tuple(_typed(of, entry) for of, entry in zip(kinds, value, strict=True))
+def _typed(name: str, kind: Any, value: Any) -> Any:
+    whole = (typing.get_origin(kind) or kind) is tuple
+    try:
+        made = tuple(value) if whole else held_as(kind)(value)
+    except TypeError:
+        raise _refused(name, kind, value) from None
+    if isinstance(value, str) or (kind in _CURES and made != value):
+        raise _refused(name, kind, value)
+    if whole:
+        kinds = typing.get_args(kind) or (float,)
+        kinds = kinds[:1] * len(made) if len(kinds) < 2 or kinds[1] is Ellipsis else kinds
+        return tuple(_typed(name, of, entry) for of, entry in zip(kinds, made, strict=True))
+    if isinstance(made, int) and not LOWEST <= made <= HIGHEST:
+        raise OverflowError(f"{made} does not fit 64 bits")
+    return made
+
+
+def _refused(name: str, kind: Any, value: object) -> Refusal:
+    return Refusal(f"{name} must be of type {kind.__name__}, and is {shown(value)}", _CURES.get(kind, ""))

@@ -123,9 +123,12 @@ def _made(
                 Problem(
                     message=f"its constants cannot be computed: {error}",
                     got=repr(block),
-                    hint="take a wider format, or a smaller parameter"
-                    if kind.has_formats()
-                    else "look for a parameter many orders of magnitude off",
+                    hint=getattr(error, "hint", "")
+                    or (
+                        "take a wider format, or a smaller parameter"
+                        if kind.has_formats()
+                        else "look for a parameter many orders of magnitude off"
+                    ),
                     path=("blocks", name),
                 )
             )

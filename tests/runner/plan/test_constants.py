@@ -25,3 +25,10 @@ def test_an_integer_of_more_than_64_bits_is_refused(mask: int) -> None:
     assert typed(Constants(1.0, mask - 1 if mask > 0 else mask + 1, ())).mask in (2**63 - 1, -(2**63))
     with pytest.raises(OverflowError, match=f"{mask} does not fit 64 bits"):
         typed(Constants(1.0, mask, ()))
+
+
+@pytest.mark.parametrize(("mask", "taps"), [(2.7, ()), ("2", ()), (2, 1.0), ((2,), ())])
+def test_a_value_of_another_type_is_refused(mask: object, taps: object) -> None:
+    assert typed(Constants(1.0, 2.0, [1, 2])).taps == (1.0, 2.0)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="must be of type"):
+        typed(Constants(1.0, mask, taps))  # type: ignore[arg-type]

@@ -5,8 +5,9 @@ from pathlib import Path
 import pytest
 
 from proofmass.blocks.declaration.catalog import load_own_blocks
+from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.check import check
-from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.files.toml_reader import read_graph, read_graph_text
 from proofmass.runner.command_line import main
 from proofmass.runner.run.simulate import simulate
 
@@ -199,3 +200,63 @@ def update(p, x: State, line, input: float) -> State:
 """
     head = buffered.partition("@Mine.output")[0]
     assert both(tmp_path, head + functions) == [0.0, 3.0, 6.0, 9.0, 12.0]
+
+
+BEGINNING = """from typing import NamedTuple
+
+from proofmass import Block, Buffer
+
+
+class Mine(Block):
+    \"\"\"What it begins with.\"\"\"
+
+    last = Buffer("Integers.", int, (2,))
+
+
+class State(NamedTuple):
+    count: int = 5
+    level: float = 2
+
+
+@Mine.output("1")
+def level(p, x: State, last) -> float:
+    \"\"\"Level.\"\"\"
+    return x.level + x.count + 100.0 * last[0]
+
+
+@Mine.update
+def update(p, x: State, last) -> State:
+    return State(x.count + 1)
+"""
+ALONE = 'name = "own"\nrate = "1 kHz"\nsamples = 3\nprobes = ["mine.level"]\nblocks.mine = { kind = "Mine" }\n'
+
+
+@pytest.mark.defect(
+    "S1018", before="the defaults of a state's fields were left out: it began at zero", after="with them"
+)
+def test_a_state_begins_with_the_defaults_of_its_fields(tmp_path: Path) -> None:
+    assert both(tmp_path, BEGINNING, ALONE) == [7.0, 8.0, 9.0]
+    assert both(tmp_path, BEGINNING.replace("count: int = 5", "count: int"), ALONE) == [2.0, 3.0, 4.0]
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("    return State(5.7, 0.0)", "count must be of type int, and is 5.7"),
+        ("    return State(None, 0.0)", "count must be of type int, and is None"),
+        ("    return State((1, 2), 0.0)", r"count must be of type int, and is \(1, 2\)"),
+        ("    return State(1, '0.0')", "level must be of type float, and is '0.0'"),
+        ("    last[0] = 2.5\n    return State()", "last must be of type int, and is 2.5"),
+        ("    last.append(1)\n    return State()", "last must keep its 2 entries, and has 3"),
+    ],
+)
+@pytest.mark.defect("S1019", before="5.7 for an integer of a state or of constants was 5", after="refused, with a cure")
+@pytest.mark.defect(
+    "S1020", before="2.5 in a buffer of integers was 2.5 in plain Python, 2 in machine code", after="refused"
+)
+@pytest.mark.defect("C892", before="None in a state ended in an error inside proofmass", after="refused")
+def test_a_start_is_of_the_types_that_are_declared(tmp_path: Path, line: str, said: str) -> None:
+    (tmp_path / "own.py").write_text(f"{BEGINNING}\n\n@Mine.start\ndef start(p: Mine, last) -> State:\n{line}\n")
+    graph = read_graph_text(ALONE, own=load_own_blocks(tmp_path / "own.py"))
+    with pytest.raises(ModelError, match=said):
+        simulate(graph, engine="python")
