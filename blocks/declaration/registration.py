@@ -28,25 +28,25 @@ class Registration(Facts):
     @bare
     def formats(cls, function: _Function) -> _Function:
         """Register `formats(p) -> dict[str, Fixed]`: of fixed-point ports, buffers, state ("x") and constants ("c")."""
-        cls.functions["formats"] = _bound(cls, function, set())
+        _once(cls, cls.functions, "formats", _bound(cls, function, set()))
         return function
 
     @bare
     def constants(cls, function: _Function) -> _Function:
         """Register `constants(p, period) -> Constants`: for the loop; `period` may be left out."""
-        cls.functions["constants"] = _bound(cls, function, {"period"})
+        _once(cls, cls.functions, "constants", _bound(cls, function, {"period"}))
         return function
 
     @bare
     def start(cls, function: _Function) -> _Function:
-        """Register `start(p, buffers..., period) -> State`: the state at tick 0; without it each field is zero."""
-        cls.functions["start"] = _bound(cls, function, {*cls.buffers, "period"})
+        """Register `start(p, buffers..., period) -> State`: the state at tick 0; without it of defaults, or zeros."""
+        _once(cls, cls.functions, "start", _bound(cls, function, {*cls.buffers, "period"}))
         return function
 
     @bare
     def update(cls, function: _Function) -> _Function:
         """Register `update(c, x, buffers..., inputs...) -> State`: from tick to tick."""
-        cls.functions["update"] = _bound(cls, function, _in_the_loop(cls) - {"out"})
+        _once(cls, cls.functions, "update", _bound(cls, function, _in_the_loop(cls) - {"out"}))
         return function
 
     @called("linear=False")
@@ -58,7 +58,7 @@ class Registration(Facts):
         """
 
         def register(function: _Function) -> _Function:
-            cls.functions["derivative"] = _bound(cls, function, {"x", *cls.inputs, "time"})
+            _once(cls, cls.functions, "derivative", _bound(cls, function, {"x", *cls.inputs, "time"}))
             cls.__declaration__.linear = linear
             return function
 
@@ -74,7 +74,7 @@ class Registration(Facts):
         """
         if "derivative" not in cls.functions:
             raise TypeError(f"{cls.__name__}.fold: only continuous blocks have one; register the derivative before it")
-        cls.functions["fold"] = _bound(cls, function, {"x"})
+        _once(cls, cls.functions, "fold", _bound(cls, function, {"x"}))
         return function
 
     @called("then=NEXT_STATE")
@@ -88,7 +88,7 @@ class Registration(Facts):
 
         def register(function: _Function) -> _Function:
             known = {"x", *cls.inputs, "time"}
-            cls.events[function.__name__] = _bound(cls, function, known), _bound(cls, then, known)
+            _once(cls, cls.events, function.__name__, (_bound(cls, function, known), _bound(cls, then, known)))
             return function
 
         return register
@@ -102,7 +102,7 @@ class Registration(Facts):
         Within a group of continuous blocks steps end at the instant at which the sign changes: no
         method of integration is as accurate as it says across a corner or a jump.
         """
-        cls.corners[function.__name__] = _bound(cls, function, {*cls.inputs, "time"})
+        _once(cls, cls.corners, function.__name__, _bound(cls, function, {*cls.inputs, "time"}))
         return function
 
     @bare
@@ -168,6 +168,13 @@ def _refuse_twice(kind: Facts, name: str) -> None:
     for what, names in (named | {"an output": [*kind.outputs]}).items():
         if name in names:
             raise taken(kind, name, f"it is the name of {what} of the block")
+
+
+def _once(kind: Facts, registered: dict[str, Any], name: str, entry: object) -> None:
+    """Register a function; raises TypeError where there is one already, which would be left out."""
+    if name in registered:
+        raise TypeError(f"{kind.__name__}.{name}: there is one already; a block has one {name}")
+    registered[name] = entry
 
 
 def _in_the_loop(kind: Facts) -> set[str]:

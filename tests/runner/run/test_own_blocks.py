@@ -260,3 +260,14 @@ def test_a_start_is_of_the_types_that_are_declared(tmp_path: Path, line: str, sa
     graph = read_graph_text(ALONE, own=load_own_blocks(tmp_path / "own.py"))
     with pytest.raises(ModelError, match=said):
         simulate(graph, engine="python")
+
+
+@pytest.mark.defect("S1021", before="of two `update` of a block the first was left out without a word", after="refused")
+@pytest.mark.parametrize("role", ["update", "start"])
+def test_a_block_has_one_function_of_each_role(tmp_path: Path, role: str) -> None:
+    blocks = BEGINNING
+    for name in ("first", "second"):
+        blocks += f"\n\n@Mine.{role}\ndef {name}(p, x: State) -> State:\n    return State()\n"
+    (tmp_path / "own.py").write_text(blocks.replace("p, x: State)", "p)") if role == "start" else blocks)
+    with pytest.raises(TypeError, match=f"Mine.{role}: there is one already"):
+        load_own_blocks(tmp_path / "own.py")
