@@ -28,7 +28,7 @@ class Registration(Facts):
     @bare
     def formats(cls, function: _Function) -> _Function:
         """Register `formats(p) -> dict[str, Fixed]`: of fixed-point ports, buffers, state ("x") and constants ("c")."""
-        _once(cls, cls.functions, "formats", _bound(cls, function, set()))
+        cls.functions["formats"] = _bound(cls, function, set())
         return function
 
     @bare

@@ -28,6 +28,7 @@ class Vector:
 
     entry: "Type"
     writable: bool
+    readable: bool = True
 
 
 @dataclass(frozen=True)
