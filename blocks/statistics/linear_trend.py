@@ -1,7 +1,7 @@
 """Least-squares slope of all samples: b = sum (t - mean t) (u - mean u) / sum (t - mean t)^2.
 
-Both sums by the recurrence of Welford (1962); of equally spaced times, sum (t - mean t)^2 = T^2 n
-(n^2 - 1) / 12.
+Both sums by the recurrence of Welford (1962), its mean compensated (Kahan 1965); of equally spaced
+times, sum (t - mean t)^2 = T^2 n (n^2 - 1) / 12.
 """
 
 from typing import NamedTuple
@@ -22,6 +22,7 @@ class LinearTrend(Block):
 class State(NamedTuple):
     samples: int
     mean: float
+    rest: float  # of the mean, beyond its digits: small steps of a large mean count
     products: float  # of the deviations of time, in ticks, and of the input
 
 
@@ -55,6 +56,8 @@ def update(c: Constants, x: State, tick: int, input: float) -> State:
         return x
     samples = x.samples + 1
     input = 1.0 * input  # measures read codes and bits too
-    mean = x.mean + (input - x.mean) / float(samples)
+    step = ((input - x.mean) - x.rest) / float(samples) + x.rest
+    mean = x.mean + step
+    rest = step - (mean - x.mean)
     # The new time is n/2 ticks after the mean of those before.
-    return State(samples, mean, x.products + 0.5 * float(samples) * (input - mean))
+    return State(samples, mean, rest, x.products + 0.5 * float(samples) * ((input - mean) - rest))

@@ -1,4 +1,4 @@
-"""Mean of the absolute values, by the recurrence m += (|u| - m) / n (Welford 1962)."""
+"""Mean of the absolute values, by the recurrence m += (|u| - m) / n (Welford 1962), compensated (Kahan 1965)."""
 
 from typing import NamedTuple
 
@@ -17,6 +17,7 @@ class MeanAbsolute(Block):
 
 class State(NamedTuple):
     mean: float
+    rest: float  # of the mean, beyond its digits: small steps of a large mean count
 
 
 @MeanAbsolute.output("{unit}")
@@ -31,4 +32,6 @@ def update(p: MeanAbsolute, x: State, tick: int, input: float) -> State:
         return x
     size = abs(1.0 * input)  # measures read codes and bits too
     share = 1.0 / float(tick - p.skip + 1)  # the same for all runs of a study
-    return State(x.mean + (size - x.mean) * share)
+    step = ((size - x.mean) - x.rest) * share + x.rest
+    mean = x.mean + step
+    return State(mean, step - (mean - x.mean))

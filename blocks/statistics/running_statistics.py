@@ -1,4 +1,7 @@
-"""Running mean and scatter by Welford's recurrence: m += (u - m) / n, S += (u - m_before) (u - m) (Welford 1962)."""
+"""Running mean and scatter by Welford's recurrence: m += (u - m) / n, S += (u - m_before) (u - m) (Welford 1962).
+
+The mean is compensated (Kahan 1965).
+"""
 
 import math
 from typing import NamedTuple
@@ -18,6 +21,7 @@ class RunningStatistics(Block):
 
 class State(NamedTuple):
     mean: float
+    rest: float  # of the mean, beyond its digits: small steps of a large mean count
     squares: float
 
 
@@ -58,5 +62,8 @@ def update(p: RunningStatistics, x: State, tick: int, input: float) -> State:
         return x
     input = 1.0 * input  # measures read codes and bits too
     share = 1.0 / float(tick - p.skip + 1)  # the same for all sensors of a study
-    mean = x.mean + (input - x.mean) * share
-    return State(mean, x.squares + (input - x.mean) * (input - mean))
+    before = (input - x.mean) - x.rest
+    step = before * share + x.rest
+    mean = x.mean + step
+    rest = step - (mean - x.mean)
+    return State(mean, rest, x.squares + before * ((input - mean) - rest))

@@ -35,3 +35,14 @@ def test_a_small_scatter_on_a_large_mean() -> None:
     rows = drive(RunningStatistics(), [{"input": u} for u in [*inputs, 0.0]])
     assert rows[-1]["mean"] == pytest.approx(1e9 + 10.0, rel=1e-14)
     assert rows[-1]["standard_deviation"] == pytest.approx((22.5 * 1000 / 999) ** 0.5, rel=1e-9)
+
+
+@pytest.mark.defect(
+    "S1024", before="the std of a drift of 1e-12 a second of 9.8 m/s^2 was 78 % too large", after="all digits"
+)
+def test_small_steps_of_a_large_mean_count() -> None:
+    """A rounding of 1 in two ticks: a mean of its digits alone stays at 1."""
+    rounding, steps = 2.0**-52, [tick // 2 for tick in range(2003)]
+    row = drive(RunningStatistics(), [{"input": 1.0 + step * rounding} for step in steps])[-1]
+    assert row["mean"] == 1.0 + round(statistics.fmean(steps[:-1])) * rounding
+    assert row["standard_deviation"] / rounding == pytest.approx(statistics.stdev(steps[:-1]), rel=1e-9)
