@@ -62,7 +62,7 @@ def typed(values: Any) -> Any:
 def _typed(name: str, kind: Any, value: Any) -> Any:
     whole = (typing.get_origin(kind) or kind) is tuple
     try:
-        made = tuple(value) if whole else held_as(kind)(value)
+        made: Any = tuple(value) if whole else held_as(kind)(value)
     except TypeError:
         raise _refused(name, kind, value) from None
     if isinstance(value, str) or (kind in _CURES and made != value):
