@@ -92,7 +92,7 @@ EXPLANATIONS = (
         "P0301",
         "A unit cannot be read",
         r"unknown unit|read the unit|^an empty unit|a unit (of|with|beyond|is missing)|unit ends too early"
-        r"|an exponent|decimal comma|a bracket is not closed|dimension with an exponent"
+        r"|an exponent|decimal comma|a minus sign|a bracket is not closed|dimension with an exponent"
         r"|the quantity .* ends|not a number followed by a unit|division by zero|exponent of|has a unit with",
         "A quantity is a number and a unit in quotes, and the unit is unknown or misspelt.",
         'Write "5.1 nV/sqrt(Hz)", "9.81 m/s^2", "3 g0" for three times standard gravity, "298.15 K" for 25 '

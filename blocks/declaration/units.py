@@ -207,6 +207,9 @@ def split_quantity(text: str, example: str = "V") -> tuple[Fraction, str]:
     (Fraction(3, 2), 'kHz')
     """
     match = _QUANTITY.fullmatch(text)
+    plain = text.replace("\N{MINUS SIGN}", "-")
+    if match is None and _QUANTITY.fullmatch(plain[:200]):
+        raise UnitError("a minus sign of printed text", f'write a hyphen: "{plain.strip()[:40]}"')
     if match is None or len(text) > 200:
         raise UnitError("not a number followed by a unit", f'write a number and a unit, such as "1.5 {example}"')
     if re.match(r",\d", match["unit"]):

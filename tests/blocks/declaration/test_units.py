@@ -360,3 +360,12 @@ def test_what_no_double_holds_is_refused_too() -> None:
 def test_angle_and_turns_stand_where_nothing_is_mixed(text: str, target: str, value: float) -> None:
     assert convert(text, target) == pytest.approx(value, rel=1e-15)
     assert convertible(text.split(maxsplit=1)[1], target)
+
+
+@pytest.mark.defect(
+    "H900", before="a pasted minus: `not a number followed by a unit`, as if -3 V were none", after="its cure"
+)
+def test_a_minus_sign_that_was_pasted_is_named() -> None:
+    with pytest.raises(UnitError, match="a minus sign of printed text") as caught:
+        convert("\N{MINUS SIGN}3 V", "V")
+    assert caught.value.hint == 'write a hyphen: "-3 V"'
