@@ -171,8 +171,8 @@ def _without_levels(function: Any) -> Any:
 
 
 def _decisions(watching: Plan, result: Result, name: str, port: str) -> Decisions:
-    """Return the decisions of a run in units of levels that the rule chooses, in the memory of its traces."""
-    values, levels = (np.asarray(result[f"{name}.{each}"].values, dtype=float) for each in (_PORT, port))
+    """Return the decisions of a run in units of levels that the rule chooses."""
+    values, levels = (np.array(result[f"{name}.{each}"].values, dtype=float) for each in (_PORT, port))
     low, high = float(levels.min()), float(levels.max())
     signs = reaches(type(watching.blocks[name]).output_functions[port].function, {two_level})
     step = (high - low) / (2.0 if signs else 1.0) or 1.0
