@@ -36,13 +36,14 @@ def in_python(block: Block, behaviour: Behaviour) -> Callable[..., Any]:
 def start_of(block: Block, buffers: Mapping[str, list[float]], period: float) -> Any:
     """State at tick 0, of zeros or the defaults of its fields; may fill the buffers."""
     if "start" in type(block).functions:
-        start, sizes = type(block).functions["start"], {name: len(held) for name, held in buffers.items()}
+        start, declared = type(block).functions["start"], type(block).buffers
+        sizes = {name: len(buffers[name]) for name in start.arguments if name in declared}
         begin = typed(start.function(block, *start.named({**buffers, "period": period})))
-        for name in buffers.keys() & set(start.arguments):
-            held, kind = buffers[name], type(block).buffers[name].dtype
-            if len(held) != sizes[name]:
-                raise Refusal(f"{name} must keep its {sizes[name]} entries, and has {len(held)}")
-            held[:] = [_typed(name, kind, entry) for entry in held]
+        for name, size in sizes.items():
+            held = buffers[name]
+            if len(held) != size:
+                raise Refusal(f"{name} must keep its {size} entries, and has {len(held)}")
+            held[:] = [_typed(name, declared[name].dtype, entry) for entry in held]
         return begin
     state: Any = type(block).state_class()
     return state and typed(state(*(state._field_defaults.get(name, 0) for name in state._fields)))
