@@ -29,7 +29,7 @@ from proofmass.runner.analysis.margins.sensitivity import ranked
 from proofmass.runner.analysis.noise.along_run import budgets_along, refusal
 from proofmass.runner.analysis.noise.band import mean_squares
 from proofmass.runner.analysis.noise.derivatives import one_more, slopes_and_sizes
-from proofmass.runner.analysis.noise.grids import errors_about
+from proofmass.runner.analysis.noise.grid_errors import errors_about
 from proofmass.runner.analysis.noise.noise_budget import DROPPED, QUANTISATION, NoiseBudget, NoiseSource
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
 from proofmass.runner.analysis.noise.validity import Dither, dithers, strained

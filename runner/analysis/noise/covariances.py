@@ -10,7 +10,7 @@ import numpy as np
 
 from proofmass.blocks.arithmetic.mantissa import Drop
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.noise.grids import GridErrors
+from proofmass.runner.analysis.noise.grid_errors import GridErrors
 from proofmass.runner.analysis.noise.noise_map import variance
 from proofmass.runner.derivatives.compact_ticks import EVERY, LIVE, CompactTicks, Direction
 from proofmass.runner.derivatives.dual import SIGNALS, plain, slopes_of

@@ -31,7 +31,7 @@ from proofmass.runner.analysis.linearisation.linearisation import OperatingPoint
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import upstream_of
 from proofmass.runner.analysis.noise.covariances import Covariances, CovarianceTicks, Stretch
-from proofmass.runner.analysis.noise.grids import errors_along
+from proofmass.runner.analysis.noise.grid_errors import errors_along
 from proofmass.runner.derivatives.dual_noise import Followed, given, one_model_each, reached
 from proofmass.runner.derivatives.stepped_ticks import UndefinedSlopesError
 from proofmass.runner.host.arrays import Array

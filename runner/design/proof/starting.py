@@ -50,7 +50,7 @@ from proofmass.runner.analysis.linearisation.map_changes import change_between
 from proofmass.runner.analysis.linearisation.orbit import SAME, OrbitPoint
 from proofmass.runner.analysis.linearisation.steady_state import SteadyState
 from proofmass.runner.analysis.noise.budget import silence
-from proofmass.runner.analysis.noise.grids import errors_about
+from proofmass.runner.analysis.noise.grid_errors import errors_about
 from proofmass.runner.analysis.noise.noise_map import noise_map, variance
 from proofmass.runner.analysis.response.response import response_of_map
 from proofmass.runner.derivatives.ball import Ball, UndecidedError, ball

@@ -22,7 +22,7 @@ from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.poles import judged
 from proofmass.runner.analysis.noise.band import bends, mean_squares, rule
 from proofmass.runner.analysis.noise.derivatives import slopes_and_sizes
-from proofmass.runner.analysis.noise.grids import errors_about
+from proofmass.runner.analysis.noise.grid_errors import errors_about
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
 from proofmass.runner.analysis.response.response import Response, response_of_map
 from proofmass.runner.derivatives.dual_noise import noise_blocks

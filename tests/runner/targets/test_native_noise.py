@@ -39,7 +39,8 @@ from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, period_map
-from proofmass.runner.analysis.noise.grids import on_grids, size_of
+from proofmass.runner.analysis.noise.grid_errors import size_of
+from proofmass.runner.analysis.noise.grids import on_grids
 from proofmass.runner.derivatives.dual_noise import Noisy, OneBitGain, noise_blocks
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan

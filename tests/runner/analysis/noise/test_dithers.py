@@ -14,9 +14,9 @@ from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.period_map import period_map
-from proofmass.runner.analysis.noise import grids
+from proofmass.runner.analysis.noise import grid_errors
 from proofmass.runner.analysis.noise.budget import budget_at
-from proofmass.runner.analysis.noise.grids import errors_about
+from proofmass.runner.analysis.noise.grid_errors import errors_about
 from proofmass.runner.analysis.noise.validity import dithers
 from proofmass.runner.planning.plan import plan
 
@@ -96,7 +96,7 @@ def test_stretches_of_a_period_say_what_all_of_it_does(density: str, monkeypatch
     planned = plan(read_graph_text(WALKING.replace("{density}", density)))
     found = {}
     for stretch in (7, 64, 1 << 20):
-        monkeypatch.setattr(grids, "_STRETCH", stretch)
+        monkeypatch.setattr(grid_errors, "_STRETCH", stretch)
         budget = budget_at(OperatingPoints(planned, "500 ms"), "mean.mean")
         (dither,) = [source.dither for source in budget.sources if source.dither]
         found[stretch] = budget.rms, dither.rms, dither.change, dither.apart, budget.notes

@@ -25,7 +25,7 @@ from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.graphs.model.quantities import Noise
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.noise.along_run import budgets_along
-from proofmass.runner.analysis.noise.grids import GridErrors, size_of
+from proofmass.runner.analysis.noise.grid_errors import GridErrors, size_of
 from proofmass.runner.analysis.noise.noise_budget import NoiseBudget
 from proofmass.runner.design.quantities.output_figures import read_noise
 from proofmass.runner.planning.plan import plan
