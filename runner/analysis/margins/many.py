@@ -110,10 +110,10 @@ class ManyMargins:
         parts = (sensors[first : first + _TOGETHER] for first in range(0, len(sensors), _TOGETHER))
         return [value for part in parts for value in self._values(part, len(sensors))]
 
-    def _values(self, sensors: Sequence[Plan], of: int) -> Iterator[MarginValues | ModelError]:
+    def _values(self, sensors: Sequence[Plan], total: int) -> Iterator[MarginValues | ModelError]:
         courses = [Course(sensor, like=self._course) for sensor in sensors]
         alike = [course.plan for course in courses if course.like] if self._lanes else []
-        settled = iter(self._lanes.memories(alike, of) if self._lanes and alike else ())
+        settled = iter(self._lanes.memories(alike, total) if self._lanes and alike else ())
         begun = [_Begun(course, next(settled, None) if course.like else None) for course in courses]
         columns = [self._fast(pattern, begun) for pattern in self._patterns]
         for number, sensor in enumerate(sensors):

@@ -218,8 +218,8 @@ def over_stretches(system: OpenLoop, figures: Figures) -> tuple[OpenLoop, Figure
     pairs = zip((least_gain_margin(*pair) for pair in limits), map(math.degrees, phases), strict=True)
     told = ranges([dict(zip(("gain_margin", "phase_margin"), pair, strict=True)) for pair in pairs])
     parts = [known_parts(*each) for each in zip(loops, limits, turns, strict=True)]
-    worst_of = reductions.index(reduction), margins.index(gain), phases.index(phase)
-    known = limits_note(max(parts[n][kind] for kind, n in enumerate(worst_of)), max(map(max, parts)))
+    least = reductions.index(reduction), margins.index(gain), phases.index(phase)
+    known = limits_note(max(parts[n][kind] for kind, n in enumerate(least)), max(map(max, parts)))
     notes = [f"the least of their margins is shown: {told}"] if told and len(loops) > 1 else []
     return system.noted(*notes, *known), worst
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.settle import looks, resting_numbers
+from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.tick_loop import bytes_of_a_run
@@ -50,7 +51,7 @@ class SettledLanes:
         runs = Lanes(self._compiled[varied, lanes], self._plan.graph.seed, alone, values, sensors)
         left, at = np.ones(len(sensors), dtype=bool), resting_numbers(self._plan)
 
-        def numbers(tick: int) -> np.ndarray:
+        def numbers(tick: int) -> Array:
             runs.advance(tick)
             return runs.held(at.entries)
 
