@@ -74,7 +74,7 @@ def tones(of: Spectrum, *, tone: float = 0.0, band: tuple[float, float] | None =
     """The figures of the tone near a frequency, or of the largest; what counts as noise lies in the band.
 
     Raises `ModelError` where a segment is too short to tell a tone from zero, and where there is
-    none.
+    none; TypeError for anything but a spectrum.
 
     `of` is a spectrum. `tone` and both ends of the `band` are in Hz.
 
@@ -86,6 +86,8 @@ def tones(of: Spectrum, *, tone: float = 0.0, band: tuple[float, float] | None =
     >>> found.frequency, round(found.rms, 6)
     (100.0, 0.707107)
     """
+    if not isinstance(of, Spectrum):
+        raise TypeError(f"tones are those of a spectrum, not of a {type(of).__name__}: tones(spectrum(of, segment=0))")
     lobe, power = half_lobe(of.window), of.power
     middle = _middle(of, power, lobe, tone, band)
     frequency = _frequency(of, power, middle)

@@ -183,3 +183,9 @@ def test_a_tone_that_overlaps_its_image_is_told(window: str, cycles: float, apar
     assert max(abs(one.rms * math.sqrt(2.0) - 1.0) for one in found) == pytest.approx(apart, rel=0.02, abs=2e-5)
     assert {"overlaps its image" in tone_text(one, of) for one, of in zip(found, densities, strict=True)} == {told}
     assert 0.99 * apart - 2e-5 < max(one.mirrored for one in found) < 2.0 * apart + 2e-5
+
+
+@pytest.mark.defect("H901", before="of a trace: it has no attribute `window`", after="of what tones are, and the call")
+def test_tones_of_a_trace_tell_the_call() -> None:
+    with pytest.raises(TypeError, match=r"not of a ndarray: tones\(spectrum\(of, segment=0\)\)"):
+        tones(np.zeros(100))  # type: ignore[arg-type]
