@@ -3,6 +3,8 @@
 import ast
 import inspect
 import types
+from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,9 +16,10 @@ from proofmass.blocks.language.operations import Checked
 from proofmass.blocks.language.refusals import RefusedError, problem_at, refuse
 from proofmass.blocks.language.scope import Read, Scope, unchanged
 from proofmass.blocks.language.statements import RestartError, Statements
-from proofmass.blocks.language.values import NOTHING, RefusedType, Type, annotated, described, type_of
+from proofmass.blocks.language.values import NOTHING, RefusedType, Type, Vector, annotated, described, type_of
 
 _OURS = "proofmass."
+_ZEROS: dict[Type, str] = {float: "0.0", int: "0", bool: "False"}
 
 
 @dataclass
@@ -61,6 +64,8 @@ def _plain_form(
         hint = "write the block into a file, with `def`, and load it anew"
         return Form(None, result or RefusedType(), [problem_at(function, None, str(error), hint)])
     names = [argument.arg for argument in (*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs)]
+    if not within:
+        tree = _cleared(tree, dict(zip(names, arguments, strict=True)))
     problems, reads, promoted = list[Problem](), list[Read](), set[str]()
 
     def called(reader: Calls, node: ast.Call, target: types.FunctionType) -> Typed:
@@ -91,6 +96,18 @@ def _plain_form(
     reads += reader.scope.reads
     made = None if reader.refused else _defined(function, tree, names, lines, reader.scope)
     return Form(made, reader.result or RefusedType(), problems, reads)
+
+
+def _cleared(tree: ast.FunctionDef, kinds: Mapping[str, Type]) -> ast.FunctionDef:
+    """Return a function that begins with zeros in its output: entries of the tick before would be a memory of it."""
+    written = {name: kind.entry for name, kind in kinds.items() if isinstance(kind, Vector) and not kind.readable}
+    lines = (f"for _entry in range(len({name})): {name}[_entry] = {_ZEROS[of]}" for name, of in written.items())
+    begin = ast.parse("\n".join(lines))
+    for node in ast.walk(begin):
+        ast.copy_location(node, tree)
+    cleared = copy(tree)
+    cleared.body = [*begin.body, *tree.body]
+    return cleared
 
 
 def _body(reader: Statements, tree: ast.FunctionDef) -> list[ast.stmt]:

@@ -2,8 +2,10 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from proofmass import noise
 from proofmass.blocks.declaration.catalog import load_own_blocks
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.check import check
@@ -271,3 +273,47 @@ def test_a_block_has_one_function_of_each_role(tmp_path: Path, role: str) -> Non
     (tmp_path / "own.py").write_text(blocks.replace("p, x: State)", "p)") if role == "start" else blocks)
     with pytest.raises(TypeError, match=f"Mine.{role}: there is one already"):
         load_own_blocks(tmp_path / "own.py")
+
+
+HOLDING = '''from proofmass import Block, Input
+
+
+class Mine(Block):
+    """Writes an entry now and then."""
+
+    input = Input("1", "What is written.")
+    gate = Input("1", "Above zero it is.")
+
+
+@Mine.output("1", shape=(2,), dtype=float)
+def entries(p, input: float, gate: float, out) -> None:
+    """Entries."""
+    out[0] = input
+    if gate > 0.0:
+        out[1] = input
+'''
+HELD = """name = "held"
+rate = "1 kHz"
+samples = 4000
+wires = ["noise.output -> mine.input", "gate.output -> mine.gate", "mine.entries -> pick.vector"]
+probes = ["pick.output"]
+blocks.noise = { kind = "WhiteNoise", density = "0.1 1/sqrt(Hz)", unit = "1" }
+blocks.gate = { kind = "Pulse", repetition = "4 ms", duty = 0.25, amplitude = 2.0, offset = -1.0 }
+blocks.mine = { kind = "Mine" }
+blocks.pick = { kind = "DotProduct", weights = [0.0, 1.0] }
+"""
+
+
+@pytest.mark.defect(
+    "S1035", before="an entry kept: 1.118 rms in the noise budget, 2.25 in a run", after="zero: 1.118 in both"
+)
+def test_entries_that_are_not_written_in_a_tick_are_zero(tmp_path: Path) -> None:
+    """White noise of 0.1 / sqrt(Hz) is sqrt(5) rms at 1 kHz; one value in four is half of that."""
+    (tmp_path / "own.py").write_text(HOLDING)
+    graph = read_graph_text(HELD, own=load_own_blocks(tmp_path / "own.py"))
+    values = simulate(graph, engine="compiled")["pick.output"].values
+    assert np.array_equal(values[:64], simulate(graph, engine="python", samples=64)["pick.output"].values)
+    assert not values.reshape(-1, 4)[:, 1:].any()
+    expected = 0.5 * np.sqrt(5.0)
+    assert np.sqrt(np.mean(values**2)) == pytest.approx(expected, rel=0.05)
+    assert noise(graph, "pick.output").rms == pytest.approx(expected, rel=1e-9)
