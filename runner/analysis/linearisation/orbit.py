@@ -357,7 +357,7 @@ class OrbitSearch:
             hint=f"take --at periodic if the loops have not settled yet; else choose rates so that a whole number of"
             f" carrier periods fits {period}, or model the loop at baseband"
             if turning
-            else "take a later time, or --at settled",
+            else "take a later time; --at settled waits for loops, and for all blocks where there are none",
             path=("blocks", name),
         )
 

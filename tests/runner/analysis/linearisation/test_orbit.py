@@ -211,7 +211,10 @@ def test_a_start_up_is_noted_and_a_settled_loop_is_not() -> None:
     assert "tick 0 is a start-up" in note
     with pytest.raises(ModelError, match="does not repeat") as caught:
         linearised(planned, 5).loop(("back", "output"))
-    assert caught.value.problems[0].hint == "take a later time, or --at settled"
+    assert (
+        caught.value.problems[0].hint
+        == "take a later time; --at settled waits for loops, and for all blocks where there are none"
+    )
 
 
 def test_a_gain_that_turns_is_taken_over_its_turn_also_where_it_is_flat() -> None:
