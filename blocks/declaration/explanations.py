@@ -241,7 +241,7 @@ EXPLANATIONS = (
         r"|temperature|exponent|iteration did|from 0$|is a vector|what does not depend|makes no noise"
         r"|beside the other levels|level of noise"
         r"|two limits|lies between these|the input itself"
-        r"|no noise reaches",
+        r"|no noise reaches|the noise of .* begins in the last quarter",
         "Too few values, the wrong band, or a signal that stands still.",
         "Run longer, or choose another signal or band.",
     ),

@@ -104,9 +104,11 @@ def _budget(
         if square > 0.0
     ]
     before, after = np.sum(list(stretch.squares.values()), axis=0)
-    changed = (
-        f"its mean square in the last quarter is {after / before:.3g} times that in the one before" if before else ""
-    )
+    if not before:
+        end = time_text(planned.ticks() * planned.period)
+        message, got = f"the noise of {output} begins in the last quarter of the run", "none before it"
+        return refusal(planned, output, message, got, f'--until "{end}" tells that of the value there')
+    changed = f"its mean square in the last quarter is {after / before:.3g} times that in the one before"
     return NoiseBudget(
         output=output,
         unit=short_unit(planned.unit(node)),

@@ -13,6 +13,7 @@ from proofmass.blocks import (
     Gain,
     NumericallyControlledOscillator,
     Product,
+    Step,
     Sum,
     WhiteNoise,
 )
@@ -134,3 +135,16 @@ def test_lines_of_a_band_are_those_of_the_transform(count: int) -> None:
     spread = _lines(RATE, count, None, ())
     assert (spread[0], spread[-1]) == pytest.approx((2.0 * RATE / count, RATE / 2.0))
     assert np.ptp(np.diff(np.log(spread))) < 1e-9
+
+
+@pytest.mark.defect(
+    "S1036", before="a mean with a window that ends there: 7e-12 for 6e-6", after="refused, with --until"
+)
+def test_noise_that_begins_at_the_end_of_the_run_has_no_budget() -> None:
+    graph = lock_in()
+    wires = [*map(str, graph.wires), "amplitude.output -> gated.first", "late.output -> gated.second"]
+    late = {"late": Step(start_time=0.48), "gated": Product(first_unit="V")}
+    gated = Graph(name="", rate="1 kHz", samples=COUNT, blocks={**graph.blocks, **late}, wires=wires)
+    with pytest.raises(ModelError, match="begins in the last quarter") as caught:
+        noise(gated, "gated.output")
+    assert caught.value.problems[0].hint == '--until "501 ms" tells that of the value there'
