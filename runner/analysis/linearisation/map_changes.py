@@ -139,15 +139,19 @@ def change_between(first: PeriodMap, second: PeriodMap) -> float:
         return 0.0
     kept = first.between_with(second)
     first, second = first.kept(kept), second.kept(kept)
-    n, eye = first.order, np.zeros_like(first.matrix[:, :-1])
-    eye[:n, :n] = np.eye(n)
-    one, two = first.matrix[:, :-1] - eye, second.matrix[:, :-1] - eye
-    size = np.maximum(np.abs(one), np.abs(two))
+    n, (one, two) = first.order, (of.matrix[:, :-1].copy() for of in (first, second))
+    for matrix in (one, two):
+        matrix[:n, :n] -= np.eye(n)
+    difference = two - one
+    size = np.maximum(np.abs(one, out=one), np.abs(two, out=two), out=one)
     rows, columns = _scales(size, _alone(n, first.outputs), _alone(n, first.inputs))
-    size, difference = size * rows[:, None] * columns, np.abs(two - one) * rows[:, None] * columns
-    whole = float(np.linalg.norm(size))
     down, across = (_members(first.states, ends) for ends in (first.outputs, first.inputs))
-    parts, changes = (np.sqrt(down @ entries**2 @ across.T) for entries in (size, difference))
+    for matrix in (size, difference):  # in place: a period of noise may have millions of entries
+        matrix *= rows[:, None]
+        matrix *= columns
+        np.square(matrix, out=matrix)
+    whole = math.sqrt(float(np.sum(size)))
+    parts, changes = (np.sqrt(down @ squares @ across.T) for squares in (size, difference))
     counted = parts > _NEGLIGIBLE * whole
     return float(np.max(changes[counted] / parts[counted], initial=0.0))
 
