@@ -12,6 +12,7 @@ from proofmass.blocks.declaration.named_arguments import named_arguments
 from proofmass.blocks.declaration.parameter import plain
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, shown
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
+from proofmass.graphs.model.call_numbers import whole
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.graphs.model.rates import read_duration
@@ -173,18 +174,14 @@ def _run(planned: Plan, options: RunOptions) -> _Run:
             refuse("duration", options.duration, str(error), hint=error.hint)
     elif options.samples is not None:
         ticks = plain(options.samples)
-        if not _is_integer(ticks) or ticks < 1:
+        if not whole(ticks) or ticks < 1:
             refuse("samples", options.samples, "must be an integer of at least 1")
     seed = planned.graph.seed if options.seed is None else plain(options.seed)
-    if not _is_integer(seed) or not 0 <= seed <= LARGEST_SEED:
+    if not whole(seed) or not 0 <= seed <= LARGEST_SEED:
         refuse("seed", seed, "must be an integer", expected=f"0 to {LARGEST_SEED}")
     if problems:
         raise ModelError(problems)
     return _Run(planned, planned.ticks(seconds, ticks), seed, options.noise)
-
-
-def _is_integer(value: object) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
 
 
 def _loop(
