@@ -80,7 +80,7 @@ class Calls(Expressions):
         """Write a call of a function of Python or `math`; None for one that is not compiled."""
         count = len(node.args)
         if target is len and count == 1:
-            return self.applied(len, self.sized(node.args[0])[0]), int
+            return self.applied(len, self.sequence(node.args[0])[0]), int
         if target is float and _names_no_number(node):
             return ast.Constant(float(ast.literal_eval(node.args[0]))), float
         if any(isinstance(part, ast.Starred) for part in node.args):

@@ -258,15 +258,7 @@ class Expressions:
                     raise refuse(node, f"there is no entry {index} in {described(kind)}")
                 entry = kind.entries[index]
                 return ast.Subscript(sequence, ast.Constant(index % len(kind.entries)), ast.Load()), entry
-        return ast.Subscript(sequence, self.index(node, sequence, kind), ast.Load()), self.read(node, kind)
-
-    def read(self, node: ast.AST, kind: Type) -> Type:
-        """Return the type of entries that are read; those of an output may be of the tick before."""
-        if isinstance(kind, Vector) and not kind.readable:
-            raise refuse(
-                node, "an output is only written", "keep the value in a variable, or in a Buffer for later ticks"
-            )
-        return self._entry(node, kind)
+        return ast.Subscript(sequence, self.index(node, sequence, kind), ast.Load()), self._entry(node, kind)
 
     def index(self, node: ast.Subscript, sequence: ast.expr, kind: Type) -> ast.expr:
         """Write the place of an entry, checked to exist."""
@@ -286,17 +278,12 @@ class Expressions:
 
     def sequence(self, node: ast.expr) -> tuple[ast.expr, Type]:
         """Rewrite the sequence of a loop and return it with the type of its entries."""
-        sequence, kind = self.sized(node)
-        return sequence, self.read(node, kind)
-
-    def sized(self, node: ast.expr) -> tuple[ast.expr, Type]:
-        """Rewrite a sequence and return it with its type."""
         sequence, kind = self.expression(node)
         if not isinstance(kind, TupleOf | ListOf | Vector):
             raise refuse(
                 node, f"a loop over {described(kind)}", "loops go over range(...), tuples and buffers", known=kind
             )
-        return sequence, kind
+        return sequence, self._entry(node, kind)
 
 
 def assign(name: str, value: ast.expr) -> ast.stmt:

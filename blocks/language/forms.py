@@ -107,7 +107,7 @@ def _argument(kind: type[Block], name: str, meaning: Meaning, port: Any, updates
         case Meaning.STATE:
             return type_of(kind.state_class())
         case Meaning.OUT:
-            return Vector(type_of(port.dtype), writable=True, readable=False)
+            return Vector(type_of(port.dtype), writable=True, cleared=True)
         case Meaning.BUFFER:
             return Vector(type_of(kind.buffers[name].dtype), writable=updates and not kind.buffers[name].recorded)
         case Meaning.INPUT:

@@ -100,7 +100,7 @@ def _plain_form(
 
 def _cleared(tree: ast.FunctionDef, kinds: Mapping[str, Type]) -> ast.FunctionDef:
     """Return a function that begins with zeros in its output: entries of the tick before would be a memory of it."""
-    written = {name: kind.entry for name, kind in kinds.items() if isinstance(kind, Vector) and not kind.readable}
+    written = {name: kind.entry for name, kind in kinds.items() if isinstance(kind, Vector) and kind.cleared}
     lines = (f"for _entry in range(len({name})): {name}[_entry] = {_ZEROS[of]}" for name, of in written.items())
     begin = ast.parse("\n".join(lines))
     for node in ast.walk(begin):

@@ -89,7 +89,7 @@ class Statements(Loops):
         if isinstance(node.target, ast.Subscript):
             vector, kind = self._vector(node.target)
             place = self.named(self.index(node.target, vector, kind))
-            entry: Typed = ast.Subscript(vector, place, ast.Load()), self.read(node.target, kind)
+            entry: Typed = ast.Subscript(vector, place, ast.Load()), kind.entry
             value = self.operated(node, type(node.op), entry, self.number(node.value))
             self._store(node, vector, place, kind, value)
             return

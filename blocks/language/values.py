@@ -28,7 +28,7 @@ class Vector:
 
     entry: "Type"
     writable: bool
-    readable: bool = True
+    cleared: bool = False  # as a tick begins
 
 
 @dataclass(frozen=True)

@@ -47,12 +47,6 @@ def level(p, x: State, line, input: float) -> float:
     {output}
 
 
-@Mine.output("1", shape=(2,), dtype=float)
-def both(p, input: float, out) -> None:
-    """Two entries."""
-    {entries}
-
-
 @Mine.update
 def update(p, x: State, line, input: float) -> State:
     {update}
@@ -137,10 +131,9 @@ kind = "Mine"
 """
 
 
-def problems(folder: Path, output: str = "", update: str = "", helper: str = "", entries: str = "") -> list[str]:
+def problems(folder: Path, output: str = "", update: str = "", helper: str = "") -> list[str]:
     """What `check` says of a block with these statements."""
     given = {"output": output or "return x.level", "update": update or "return x", "helper": helper or "a = a + 1.0"}
-    given["entries"] = entries or "out[0] = input"
     parts = {key: textwrap.indent(text, "    ").lstrip() for key, text in given.items()}
     path = folder / "mine.py"
     path.write_text(FILE.format(**parts))
@@ -290,15 +283,6 @@ def test_an_update_that_cannot_be_compiled(update: str, tmp_path: Path) -> None:
     assert UPDATES[update] in problem
 
 
-@pytest.mark.defect("S1022", before="a sum in an output: 22.4 rms in the noise budget, 25.8 in a run", after="refused")
-@pytest.mark.parametrize("line", ["out[1] += input", "out[1] = 0.5 * out[1] + input", "out[0] = max(out)"])
-def test_an_output_is_not_read(line: str, tmp_path: Path) -> None:
-    """An entry would be that of the tick before: a memory that no analysis counts."""
-    body = f"for i in range(len(out)):\n    out[i] = input\n{line}"
-    [problem] = problems(tmp_path, entries=body)
-    assert "an output is only written; keep the value in a variable, or in a Buffer" in problem
-
-
 def test_a_function_that_is_called_is_looked_into_and_all_is_told_at_once(tmp_path: Path) -> None:
     found = problems(
         tmp_path, "print(1)\nu = helped(input)\nreturn random.random()", helper="print(a)\na = time.time()"
@@ -371,7 +355,7 @@ def test_the_commands_say_it_and_do_not_run(
 )
 def test_a_first_argument_that_is_not_the_constants(text: str, message: str, tmp_path: Path) -> None:
     path = tmp_path / "mine.py"
-    given = {"output": "return 1.0", "update": "return x", "helper": "a = a + 1.0", "entries": "out[0] = input"}
+    given = {"output": "return 1.0", "update": "return x", "helper": "a = a + 1.0"}
     path.write_text(FILE.format(**given).replace("p, x: State, line, input: float) -> float", text))
     with pytest.raises(TypeError, match=message):
         load_own_blocks(path)
