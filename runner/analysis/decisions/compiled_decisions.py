@@ -17,6 +17,7 @@ from proofmass.blocks.arithmetic.rounding import nearest_even_level, nearest_lev
 from proofmass.blocks.declaration.declare import Block, BlockType
 from proofmass.graphs.model.build import read_probe
 from proofmass.graphs.model.graph import split
+from proofmass.runner.analysis.linearisation.map_blocks import upstream_of
 from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
 from proofmass.runner.derivatives.dual_noise import given
 from proofmass.runner.host.arrays import Array
@@ -30,7 +31,7 @@ from proofmass.runner.run.simulate import RunOptions, simulate_plan
 FEWEST, MOST, SETTLING = 1 << 19, 1 << 22, 1 << 14  # decisions that count, and before them
 _MOST_CALLS = 200_000_000  # of functions of blocks
 _LEFT = 0.5  # part of the ticks of runs that are to be left for a later tick
-_SHOWN = 1 << 18  # decisions whose sources of noise are kept
+_SHOWN = 1 << 18  # decisions whose sources of noise are drawn once more
 _PORT = "value_that_is_quantised"
 
 
@@ -39,20 +40,19 @@ class Decisions(NamedTuple):
 
     values: Array
     levels: Array
-    sources: Sequence[Array]
+    sources: Sequence[Array] = ()
 
     def settled(self, number: int) -> "Decisions":
         """Return those after a number of decisions and as many as a loop takes to settle; of few the second half."""
         first = min(number + SETTLING, len(self.values) // 2)
-        shown = [source[first : first + _SHOWN] for source in self.sources]
-        return Decisions(self.values[first:], self.levels[first:], shown)
+        return Decisions(self.values[first:], self.levels[first:])
 
 
 @dataclass(frozen=True)
 class CompiledRuns:
     """Runs from tick 0 to some ticks for the decisions from a first tick on, by block."""
 
-    decisions: Sequence[Mapping[str, Decisions]]
+    decisions: Sequence[Mapping[str, Decisions]]  # without sources
     first: int
     ticks: int
 
@@ -93,7 +93,26 @@ def compiled_runs(
         runs = [{name: _decisions(watching, result, name, ports[name]) for name in ports} for result in results]
         known = kept[key] = CompiledRuns(runs, tick, tick + ticks)
     strides = {name: plan.stride((name, port)) for name, port in ports.items()}
-    return [{name: of.settled(tick // strides[name]) for name, of in run.items()} for run in known.decisions]
+    settled = [{name: of.settled(tick // strides[name]) for name, of in run.items()} for run in known.decisions]
+    for seed, run, whole in zip(seeds, settled, known.decisions, strict=True):
+        name, of = next(iter(run.items()))
+        drawn = _drawn(plan, upstream, ports, seed, len(whole[name].values) - len(of.values), len(of.values))
+        run |= {name: of._replace(sources=drawn) for name, of in run.items()}
+    return settled
+
+
+def _drawn(
+    plan: Plan, upstream: AbstractSet[str], ports: Mapping[str, str], seed: int, first: int, count: int
+) -> list[Array]:
+    """Return sources of noise as they are drawn for some decisions from a first one on, but for no more than show."""
+    sources = [*_sources(plan, upstream, ports)]
+    if not sources:
+        return []
+    drawing = part_of(plan, upstream_of(plan, (split(source)[0] for source in sources)), sources, {})
+    last = first + min(count, _SHOWN)
+    stride = plan.stride(split(sources[0]))
+    result = simulate_plan(drawing, drawing.graph.root, RunOptions(samples=last * stride, seed=seed))
+    return [result[source].values[first:last] for source in sources]
 
 
 def part_of(plan: Plan, upstream: AbstractSet[str], probes: Sequence[str], instead: Mapping[str, Block]) -> Plan:
@@ -113,7 +132,7 @@ def _watching(plan: Plan, upstream: AbstractSet[str], ports: Mapping[str, str], 
     """Return the plan of the blocks upstream alone, with the further outputs, and how many ticks it should run."""
     telling = {name: _telling(plan.blocks[name], port) for name, port in ports.items()}
     signals = [f"{name}.{port}" for name in ports for port in (_PORT, ports[name])]
-    watching = part_of(plan, upstream, [*signals, *_sources(plan, upstream, ports)], telling)
+    watching = part_of(plan, upstream, signals, telling)
     slowest = max(watching.schedule.divisors[name] for name in ports)
     decisions = min(max(span // slowest, FEWEST), MOST) + SETTLING
     return watching, min(decisions * slowest, _MOST_CALLS // len(watching.schedule.order))
@@ -180,6 +199,4 @@ def _decisions(watching: Plan, result: Result, name: str, port: str) -> Decision
         each -= low
         each /= step
         each -= 1.0 if signs else 0.0
-    telling = {p.node[0] for p in watching.probes if p.node[1] == _PORT}
-    sources = [result[p.signal].values for p in watching.probes if p.node[0] not in telling]
-    return Decisions(values, levels, sources)
+    return Decisions(values, levels)

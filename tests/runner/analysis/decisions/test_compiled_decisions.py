@@ -8,7 +8,12 @@ import pytest
 from proofmass import Graph, simulate
 from proofmass.blocks import Comparator, Constant, Difference, DiscreteIntegrator, Sum, WhiteNoise
 from proofmass.runner.analysis.decisions import compiled_decisions
-from proofmass.runner.analysis.decisions.compiled_decisions import _decisions, _sources, _watching
+from proofmass.runner.analysis.decisions.compiled_decisions import (
+    _decisions,
+    _sources,
+    _watching,
+    compiled_runs,
+)
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.simulate import RunOptions, simulate_plan
 
@@ -59,7 +64,22 @@ def test_decisions_count_once_the_loop_has_settled(
     plain = simulate(replace(graph, probes=("total.output", "bit.sign")), samples=samples)
     expected = [np.asarray(plain[signal].values, dtype=float)[first:] for signal in ("total.output", "bit.sign")]
     np.testing.assert_allclose([found.values, found.levels], expected, rtol=0.0, atol=1e-12)
-    assert [len(source) for source in found.sources] == [samples - first]
+
+
+@pytest.mark.parametrize("tick", [0, 1_000])
+def test_sources_are_those_that_the_decisions_have_heard(tick: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run of their own draws the same numbers, from the first decision that counts on."""
+    monkeypatch.setattr(compiled_decisions, "_SHOWN", 100)
+    graph = modulator()
+    heard = set(graph.blocks) - {"elsewhere"}
+    runs = compiled_runs(plan(graph), tick, heard, {"bit": "sign"}, (3, 4), 0, {})
+    assert runs is not None
+    first = tick + compiled_decisions.SETTLING
+    for seed, run in zip((3, 4), runs, strict=True):
+        plain = simulate(replace(graph, probes=("hiss.output", "total.output")), samples=first + 100, seed=seed)
+        (drawn,) = run["bit"].sources
+        np.testing.assert_array_equal(drawn, plain["hiss.output"].values[first:])
+        np.testing.assert_allclose(run["bit"].values[:100], plain["total.output"].values[first:], atol=1e-12)
 
 
 def test_short_spans_take_fewer_decisions_than_long_ones() -> None:
