@@ -45,7 +45,7 @@ MULTIPLES = 8  # h, of which the last is 2 % of the mean square
 OF_ONE = 12.0 / math.pi**2
 _TICKS = 512  # base ticks of a run with noise, or one period
 _INSTANTS, _MAPPED = 8, 64  # maps along it, and base ticks of them, or one period
-_MORE = 4  # times as many where some map is another
+_MORE = 4  # times as many of both where some map is another
 _ANOTHER = 1e-3  # part of the mean square that says so
 _APART = 0.3  # of the rms: what a converter does that is full in 9 % of the ticks, with an rms that is 8 % off
 
@@ -149,7 +149,7 @@ def strained(about: Linearisation, ends: Ends, target: Endpoint, whole: PeriodMa
     if along.map(1) is None:
         along = _along(about, replace(ends, beside=()), whole)
     squares = list[float]()
-    for number in range(1, _MORE * along.few + 1):
+    for number in range(1, along.most + 1):
         there = along.map(number) if number <= along.few or max(squares, default=0.0) > _ANOTHER * total else None
         if there is None:
             break
@@ -172,6 +172,7 @@ class _Along:
         self._about, self._ends, self._first = about, ends, whole.tick
         self._ticks = round(whole.period / about.plan.period)
         self.few = min(_INSTANTS, max(1, _MAPPED // self._ticks))  # of them
+        self.most = max(self.few, min(_MORE * _INSTANTS, _MORE * _MAPPED // self._ticks))
         self._run = about.course.with_noise(about.course.at(whole.tick))
         self._rings = OrbitRun(about.plan, ends, about.course.onward(whole.tick)).rings
         self._maps = dict[int, PeriodMap | None]()
