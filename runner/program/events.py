@@ -11,7 +11,7 @@ from typing import NamedTuple
 from proofmass.blocks.arithmetic import rounding
 from proofmass.runner.program.build import Builder, operand
 from proofmass.runner.program.form import FLOAT, INTEGER, Function, Kind, Operand, Storage
-from proofmass.runner.program.tangent_rules import REST, TangentRule, TangentStep, origin_of
+from proofmass.runner.program.tangent_rules import REST, TangentRule, TangentStep, origin_of, within_levels
 
 MOST = 4096  # events of a tick that have a place; any more are counted alone
 COUNT, OWNER, MATRICES, VALUES = range(4)  # of the state: events so far, the block that runs, what becomes of matrices,
@@ -170,21 +170,13 @@ def _clipped(s: TangentStep) -> Operand:
     return compute("select", compute("less", above, last), above, last)
 
 
-def _within(s: TangentStep) -> Operand:
-    """Return the slope of what is held between 0 and the last level."""
-    slopes, compute = s.slopes, s.builder.compute
-    value, last = s.numbers()
-    above = slopes.chosen(compute("less", 0.0, value), s.dx[0], operand(0.0))
-    return slopes.chosen(compute("less", value, last), above, s.dx[1])
-
-
 AT_WIRES: dict[str, TangentRule] = {_AT_WIRE: _wire}
 OF_NOISE: dict[str, TangentRule] = {
     _AT_DEVIATE: lambda s: _entering(s, DRAWN, s.x[0], s.dx[0], 1.0),
     _AT_DROP: _dropped,
     origin_of(rounding.round_half_even): _rounded,
     origin_of(rounding.round_down): _rounded,
-    origin_of(rounding.nearest_level): _level(_within, 0, True),
-    origin_of(rounding.nearest_even_level): _level(_within, 0, True),
-    origin_of(rounding.two_level): _level(_within, 1, False),
+    origin_of(rounding.nearest_level): _level(within_levels, 0, True),
+    origin_of(rounding.nearest_even_level): _level(within_levels, 0, True),
+    origin_of(rounding.two_level): _level(within_levels, 1, False),
 }

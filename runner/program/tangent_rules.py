@@ -238,6 +238,14 @@ def _chain(slopes_of: Callable[..., Any]) -> TangentRule:
     return rule
 
 
+def within_levels(s: TangentStep) -> form.Operand:
+    """Return the slope of what is held between 0 and the last level."""
+    slopes, compute = s.slopes, s.builder.compute
+    value, last = s.numbers()
+    above = slopes.chosen(compute("less", 0.0, value), s.dx[0], NO_SLOPE)
+    return slopes.chosen(compute("less", value, last), above, s.dx[1])
+
+
 OF_FUNCTIONS: dict[str, TangentRule] = {
     **{origin_of(function): _chain(slope) for function, slope in SLOPES_OF_ONE.items() if function not in LIBRARY},
     **{LIBRARY[function].symbol: _chain(slope) for function, slope in SLOPES_OF_ONE.items() if function in LIBRARY},
@@ -248,6 +256,8 @@ OF_FUNCTIONS: dict[str, TangentRule] = {
     REST: _rest,
     origin_of(rounding.round_half_even): _same,
     origin_of(rounding.round_down): _same,
+    origin_of(rounding.nearest_level): within_levels,
+    origin_of(rounding.nearest_even_level): within_levels,
     origin_of(rounding.wrapped): _same,
     origin_of(rounding.nearest_integer): _nothing,
     origin_of(arithmetic.number_floor_divide): _quotient,
