@@ -19,6 +19,7 @@ from proofmass.runner.program.events import (
     OF_NOISE,
     OWNER,
     TOLD,
+    UNKNOWN,
     VALUES,
     Events,
     Marks,
@@ -247,16 +248,19 @@ def _begin(
         place -= length
         first += length
     events.lane[EVENT] = float(FIRST_EVENT - direction)
-    events.lane[MOVED] = 0.0
+    events.lane[MOVED] = events.lane[UNKNOWN] = 0.0
     events.state[COUNT] = 0
 
 
 def _keep(rows: Any, place: int, slopes: _Several, kept: Any, ends: Any, events: Any, most: int) -> None:
-    """Keep the slopes of a tick, those at its events, and if matrices have, from a place on."""
-    first = 0
+    """Keep the slopes of a tick, those at its events, and if matrices have, from a place on.
+
+    None is known where something was decided by a number without a derivative.
+    """
+    first, known = 0, events.lane[UNKNOWN] if events.state[MATRICES] != SEEDED else 0.0
     for k, slope in enumerate(slopes):
         for i in range(first, ends[k]):
-            rows[place + i] = slope[kept[i]]
+            rows[place + i] = slope[kept[i]] + known
         first = ends[k]
     place += first
     for event in range(most):

@@ -202,9 +202,10 @@ def _scale(s: TangentStep) -> form.Operand:
     return s.slopes.number(s.slopes.compute("shift_left", 1, s.x[1]))
 
 
+COMPARISONS = tuple(name for name, signature in form.OPERATIONS.items() if signature.result is form.TRUTH)
+DECISIONS = *COMPARISONS, "floor", "ceiling"  # what they give has no slope
 OF_OPERATIONS: dict[str, TangentRule] = {
-    **{name: _nothing for name, signature in form.OPERATIONS.items() if signature.result is form.TRUTH},
-    **dict.fromkeys(("floor", "ceiling", "integer_of_truth", "float_of_truth"), _nothing),
+    **dict.fromkeys((*DECISIONS, "integer_of_truth", "float_of_truth"), _nothing),
     **dict.fromkeys(("truncate", "round_half_even", "float_of_integer", "integer_of_float"), _same),
     **dict.fromkeys(("or", "bits_of_float", "float_of_bits"), _unknown),
     **dict.fromkeys(("add", "add_integers"), _sum),

@@ -37,12 +37,16 @@ class Tangents:
     """Functions with slopes, each written once for each choice of what moves."""
 
     def __init__(self, own: Mapping[str, TangentRule] | None = None, beside: Sequence[form.Storage] = ()) -> None:
-        """Take rules by the origins of functions, beside those of rounding and of elementary functions.
+        """Take rules by operations and origins of functions, beside those of rounding and of elementary functions.
 
         They may use arrays of the entry that are `beside`, which pass through every function with
         slopes; what calls functions with own rules has slopes, whether its parameters move or not.
         """
         self.rules, self.beside = {**OF_FUNCTIONS, **(own or {})}, beside
+        self.operations = {
+            **OF_OPERATIONS,
+            **{name: rule for name, rule in self.rules.items() if name in OF_OPERATIONS},
+        }
         self.lowered: dict[Any, Any] = {}
         self._own = frozenset(own or ())
         self._made: dict[tuple[form.Function, MovingParameters], form.Function] = {}
@@ -131,8 +135,8 @@ class TangentWriter:
                 made = builder.compute(operation, *given, name=result.name)
                 self.copies[result] = made
                 slopes = [self.slope(value) for value in operands]
-                if moves(result.kind) and any(slope is not NO_SLOPE for slope in slopes):
-                    self._put(result, OF_OPERATIONS[operation](self._step(given, slopes, made)))
+                if any(slope is not NO_SLOPE for slope in slopes):
+                    self._put(result, self.tangents.operations[operation](self._step(given, slopes, made)))
             case form.Get(result, variable):
                 self.copies[result] = builder.get(copied(variable))
                 if variable in self.slopes:

@@ -18,7 +18,7 @@ from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.keys import LargestOf, StateField, WireOf
 from proofmass.runner.plan.memory import Memory, Rows
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.program.events import CUT, MOST, OF_ONE_BIT, OF_STATE, SOURCE, TOLD, VALUED
+from proofmass.runner.program.events import CUT, MOST, OF_LANE, OF_ONE_BIT, OF_STATE, SOURCE, TOLD, VALUED
 from proofmass.runner.program.slope_tick import AS_BEFORE, AT_REST, FIRST_EVENT, NONE, RENEWED, SEEDED, write_slopes
 from proofmass.runner.program.slots import FLOATS, INTEGERS, array_of
 from proofmass.runner.program.varying import ALL
@@ -105,7 +105,7 @@ class SlopesInCode(CompiledLoop):
         slopes = [_in_lanes(len(array)) for array in (self._scratch, *self._moved)]
         before = [array.copy() for array in self._moved]
         self._seeds = _in_lanes(int(lengths.sum()))
-        self._in_lanes = [_in_lanes(MOST), _in_lanes(2), *slopes]
+        self._in_lanes = [_in_lanes(MOST), _in_lanes(OF_LANE), *slopes]
         self._arrays = [
             *self.arrays(()),
             *events,

@@ -11,16 +11,19 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from proofmass import Graph, noise, simulate, spectrum
+from proofmass import Graph, ModelError, noise, simulate, spectrum
 from proofmass.blocks import (
     Constant,
+    Decimator,
     FixedCast,
     FixedGain,
     FixedProduct,
     FixedQuantiser,
     FixedSecondOrderSection,
+    FixedSineTable,
     FixedSum,
     FixedToNumber,
+    Sum,
     WhiteNoise,
 )
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, Rounding
@@ -222,3 +225,22 @@ def test_a_cut_magnitude_errs_against_its_sign(motion: float, doubtful: bool) ->
     assert any("towards zero" in note for note in found.notes) == doubtful
     assert found.rms / step == pytest.approx(run, rel=0.02) or doubtful
     assert run == pytest.approx(motion - 0.4, rel=0.15)
+
+
+@pytest.mark.defect("S1058", before="over 32 ticks 1.25e-5 of what is 8.7e-4 in a run, without a note", after="refused")
+@pytest.mark.parametrize("ratio", [8, 32, 100])
+def test_noise_through_bits_is_refused_over_any_number_of_ticks(ratio: int) -> None:
+    """Bits of a phase choose an entry of a sine table: noise moves it from entry to entry, and bits have no slope."""
+    blocks: dict[str, Block] = {
+        "white": WhiteNoise(density=1e-3),
+        "before": FixedQuantiser(output_format=Fixed(12, 12)),
+        "sine": FixedSineTable(phase_bits=12, fraction_bits=10),
+        "number": FixedToNumber(input_format=Fixed(12, 10)),
+        "behind": WhiteNoise(density=1e-6),
+        "both": Sum(),
+        "mean": Decimator(ratio=ratio),
+    }
+    wires = ["white.output -> before.input", "before.output -> sine.phase", "sine.sine -> number.input"]
+    wires += ["number.output -> both.first", "behind.output -> both.second", "both.output -> mean.input"]
+    with pytest.raises(ModelError, match="bits of a number"):
+        noise(Graph(name="", rate=RATE, blocks=blocks, wires=wires), "mean.mean")
