@@ -5,7 +5,6 @@ are counted from 0 on in each tick. All lanes tell what they are alike; each has
 and may be the direction of one of them.
 """
 
-import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -13,11 +12,10 @@ from proofmass.blocks.arithmetic import rounding
 from proofmass.runner.program.build import Builder, operand
 from proofmass.runner.program.form import FLOAT, INTEGER, Function, Kind, Operand, Storage
 from proofmass.runner.program.tangent_rules import (
-    DECISIONS,
-    NO_SLOPE,
     REST,
     TangentRule,
     TangentStep,
+    masked,
     origin_of,
     within_levels,
 )
@@ -26,7 +24,7 @@ MOST = 4096  # events of a tick that have a place; any more are counted alone
 COUNT, OWNER, MATRICES, VALUES = range(4)  # of the state: events so far, the block that runs, what becomes of matrices,
 OF_STATE = 4  # and whether deviates have values, or are 0
 EVENT, MOVED, UNKNOWN = range(3)  # of a lane: the event whose direction it is, whether numbers of matrices have slopes,
-OF_LANE = 3  # and NaN once a number without a derivative has decided something, else 0
+OF_LANE = 3  # and NaN once a number that has a slope was taken apart by its bits, else 0
 KIND, SOURCE, VALUED, ENTERING, DROP = range(5)  # told: kind, block or wire, value, slope by its direction, a code
 TOLD = 5
 WIRE, DRAWN, ROUNDED, DROPPED, LEVELLED = range(5)  # kinds of events
@@ -180,15 +178,14 @@ def _clipped(s: TangentStep) -> Operand:
     return compute("select", compute("less", above, last), above, last)
 
 
-def _decided(s: TangentStep) -> Operand:
-    """Write that a number decides something: no slope, but none is known where the number has no derivative."""
-    lane, total = Events(*s.beside).lane, s.slopes.plus(*s.dx)
-    known = s.builder.compute("equal", total, total)
-    s.builder.store(lane, UNKNOWN, s.builder.compute("select", known, s.builder.load(lane, UNKNOWN), math.nan))
-    return NO_SLOPE
+def _taken_apart(s: TangentStep) -> Operand:
+    """Write that a number is taken apart, if it has a slope: what its bits decide has none, and none is known."""
+    lane, slope = Events(*s.beside).lane, s.slopes.undefined(*s.dx)
+    s.builder.store(lane, UNKNOWN, s.builder.compute("add", s.builder.load(lane, UNKNOWN), slope))
+    return slope
 
 
-AT_WIRES: dict[str, TangentRule] = {_AT_WIRE: _wire, **dict.fromkeys(DECISIONS, _decided)}
+AT_WIRES: dict[str, TangentRule] = {_AT_WIRE: _wire, "and": masked(_taken_apart)}
 OF_NOISE: dict[str, TangentRule] = {
     _AT_DEVIATE: lambda s: _entering(s, DRAWN, s.x[0], s.dx[0], 1.0),
     _AT_DROP: _dropped,

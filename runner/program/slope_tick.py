@@ -255,7 +255,7 @@ def _begin(
 def _keep(rows: Any, place: int, slopes: _Several, kept: Any, ends: Any, events: Any, most: int) -> None:
     """Keep the slopes of a tick, those at its events, and if matrices have, from a place on.
 
-    None is known where something was decided by a number without a derivative.
+    None is known where a number that has a slope was taken apart.
     """
     first, known = 0, events.lane[UNKNOWN] if events.state[MATRICES] != SEEDED else 0.0
     for k, slope in enumerate(slopes):

@@ -163,14 +163,19 @@ def _signed(s: TangentStep) -> form.Operand:
     return slopes.chosen(slopes.compute("equal", s.x[0], s.y), s.dx[0], slopes.minus(s.dx[0]))
 
 
-def _masked(s: TangentStep) -> form.Operand:
-    """Return the slope of all bits, or of the low ones, as in a register that wraps. A parity is compared."""
-    for mask, slope in ((_integer(s.x[1]), s.dx[0]), (_integer(s.x[0]), s.dx[1])):
-        if mask == 1:
-            return NO_SLOPE
-        if mask >= -1 and mask and not mask & mask + 1:
-            return slope
-    return s.slopes.undefined(*s.dx)
+def masked(apart: TangentRule) -> TangentRule:
+    """Return the rule of bits that both have, by that of a number which is taken apart."""
+
+    def rule(s: TangentStep) -> form.Operand:
+        """Return the slope of all bits, or of the low ones, as in a register that wraps. A parity is compared."""
+        for mask, slope in ((_integer(s.x[1]), s.dx[0]), (_integer(s.x[0]), s.dx[1])):
+            if mask == 1:
+                return NO_SLOPE
+            if mask >= -1 and mask and not mask & mask + 1:
+                return slope
+        return apart(s)
+
+    return rule
 
 
 def _turned(s: TangentStep) -> form.Operand:
@@ -202,10 +207,9 @@ def _scale(s: TangentStep) -> form.Operand:
     return s.slopes.number(s.slopes.compute("shift_left", 1, s.x[1]))
 
 
-COMPARISONS = tuple(name for name, signature in form.OPERATIONS.items() if signature.result is form.TRUTH)
-DECISIONS = *COMPARISONS, "floor", "ceiling"  # what they give has no slope
 OF_OPERATIONS: dict[str, TangentRule] = {
-    **dict.fromkeys((*DECISIONS, "integer_of_truth", "float_of_truth"), _nothing),
+    **{name: _nothing for name, signature in form.OPERATIONS.items() if signature.result is form.TRUTH},
+    **dict.fromkeys(("floor", "ceiling", "integer_of_truth", "float_of_truth"), _nothing),
     **dict.fromkeys(("truncate", "round_half_even", "float_of_integer", "integer_of_float"), _same),
     **dict.fromkeys(("or", "bits_of_float", "float_of_bits"), _unknown),
     **dict.fromkeys(("add", "add_integers"), _sum),
@@ -217,7 +221,7 @@ OF_OPERATIONS: dict[str, TangentRule] = {
     "absolute": _size,
     "copy_sign": _signed,
     "square_root": lambda s: s.slopes.times(s.dx[0], s.slopes.compute("divide", 0.5, s.y)),
-    "and": _masked,
+    "and": masked(_unknown),
     "xor": _turned,
     "shift_left": _raised,
     "shift_right": _lowered,
