@@ -168,8 +168,8 @@ class Dual(Mantissa):
         return err(value, drop) if err and drop.bits else value
 
     def held(self, low: int, high: int, expected: str) -> Any:
-        """Return the number itself, if the register can hold it."""
-        if not low <= self <= high:
+        """Return the number itself, if the register can hold it once it is rounded."""
+        if not low - 1 < plain(self) < high + 1:
             raise OverflowError(f"{plain(self)} does not fit {expected}")
         return self
 

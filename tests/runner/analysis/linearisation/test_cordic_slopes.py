@@ -7,6 +7,7 @@ import pytest
 from proofmass import Graph, noise
 from proofmass.blocks import (
     Constant,
+    Decimator,
     FixedCast,
     FixedCordicAngle,
     FixedCordicExponential,
@@ -97,3 +98,26 @@ def test_machine_code(block: Block, output: str, result: Fixed, slope: float, mo
         assert slope_of(block, Fixed(16, 16, signed=False), output, result) == pytest.approx(slope, rel=2e-4)
     else:
         test_vectoring(block, output, result, slope)
+
+
+@pytest.mark.defect(
+    "H912", before="'32767.99 does not fit (16, 16), which holds -0.5 to 0.49998'", after="1 / (2 pi r)"
+)
+@pytest.mark.parametrize("ratio", [1, 64])
+def test_an_angle_that_rounds_to_half_a_turn_has_the_slope_of_its_neighbours(ratio: int) -> None:
+    """One step of the imaginary part is 1 / (2 pi r) of a turn, whether half a turn is reached or left."""
+    length = 2.0**22
+    blocks: dict[str, Block] = {
+        "real": Constant(value=-length),
+        "white": WhiteNoise(density=0.1),
+        "left": FixedQuantiser(output_format=Fixed(24, 0)),
+        "up": FixedQuantiser(output_format=Fixed(24, 0)),
+        "block": FixedCordicAngle(input_format=Fixed(24, 0), iterations=30, guard_bits=20),
+        "number": FixedToNumber(input_format=Fixed(16, 16)),
+        "mean": Decimator(ratio=ratio),
+    }
+    wires = ["real.output -> left.input", "white.output -> up.input", "left.output -> block.real"]
+    wires += ["up.output -> block.imaginary", "block.angle -> number.input", "number.output -> mean.input"]
+    graph = Graph(name="", rate=1000, blocks=blocks, wires=wires)
+    (source,) = (each for each in noise(graph, "mean.mean", at="0.2 s").sources if each.block == "white")
+    assert source.rms == pytest.approx(0.1 * math.sqrt(500.0 / ratio) / (2.0 * math.pi * length), rel=1e-3)
