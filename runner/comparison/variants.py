@@ -36,7 +36,7 @@ def folders_of(out: Path, names: Iterable[str]) -> dict[str, Path]:
     return folders
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class VariantComparison:
     """Results of the variants of a study by name, and the later ones beside the first."""
 

@@ -20,7 +20,17 @@ _NUMBER = re.compile(r"[-−+]?[\d.,]+(e[-+]?\d+)?")
 
 
 class _Answering:
-    """A result that answers for attributes it does not have."""
+    """A result that answers for attributes it does not have.
+
+    Two are equal if they are one; `digest`, where there is one, tells whether bits are the same.
+    """
+
+    def __post_init__(self) -> None:
+        """Make arrays read-only, in results that have them so."""
+
+    def __setstate__(self, fields: dict[str, Any]) -> None:
+        vars(self).update(fields)
+        self.__post_init__()  # NumPy copies and reads back arrays that can be changed
 
     if not TYPE_CHECKING:  # to checkers of types it has what is declared
 

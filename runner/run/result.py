@@ -214,7 +214,7 @@ class NoSuchSignal(KeyError):  # noqa: N818  # what it says
         return f"{signal!r} was not recorded; {hint}"
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Result(Plotted):
     """A finished or interrupted run; `result["block.port"]` is a trace.
 

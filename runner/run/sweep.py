@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 MOST_POINTS = 100_000
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sweep:
     """The results of a sweep, a point each; `sweep["bias"]` is an array of a measure over the grid of values.
 

@@ -33,7 +33,7 @@ _ALPHA = {"N": 0, "B": -1, "K": -2, "Q": 2}  # exponent of frequency in the dens
 _MOST = 1e15  # values of a recording
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Curve:
     """One deviation over averaging time, with the interval of 95 % by its degrees of freedom."""
 
@@ -52,7 +52,7 @@ class Curve:
         }
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Allan(Told, Plotted):
     """The deviations of a signal and the coefficients of its noise.
 

@@ -29,7 +29,7 @@ _AT_A_TIME = 1 << 17  # values of a wire at some frequencies, which fit in a cac
 _schur: Any = scipy.linalg.schur
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class OpenLoop:
     """L(z) = C (z I - A)^-1 B + D, z = exp(j w T) over the common period T; z = j w where it is `continuous`.
 

@@ -60,7 +60,7 @@ class UnrepeatedError(ModelError):
     """The orbit of a graph does not come back in any period that a map can cover: noise is that along its run."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PeriodMap:
     """Rows [A B step] and below them [C D level]; `slopes` are the derivatives of it all by each parameter."""
 

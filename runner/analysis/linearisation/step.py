@@ -45,7 +45,7 @@ class StepFigures:
         return asdict(self)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class StepResponse:
     """Times in seconds, values of the output for a step of one at 0 s, and the figures."""
 

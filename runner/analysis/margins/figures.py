@@ -10,7 +10,7 @@ LARGEST_FACTOR = 1.0e9  # of gain margins; beyond it a loop counts as unlimited
 FactorInterval = tuple[float, float]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Figures:
     """The figures; None for a margin without limit, and for any margin of a loop that is not stable.
 

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     import pandas
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Margins(Figures, Plotted):
     """The figures of one loop, its verdict, and what that rests on.
 

@@ -26,7 +26,7 @@ _LOW = 0.1  # of the rate, up to which coefficients are those of a slow signal
 QUANTISATION, DROPPED = "quantisation", "rounding"  # of a converter, and of all places in a fixed-point block
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class NoiseSource:
     """One source of noise: the part of the output that it makes."""
 
@@ -46,7 +46,7 @@ class NoiseSource:
 _NAMED = 3  # sources in a line
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class NoiseBudget(Plotted):
     """The noise of an output by its sources, the largest first; densities are one-sided, in unit^2/Hz.
 

@@ -47,7 +47,7 @@ from proofmass.runner.run.faults import failed
 _SHOWN = 64, 1024  # ticks for one look at progress, in plain Python and in machine code
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ValueDeviation(Told):
     """Standard deviation over runs of one value of an output, and of the parts of it that each block makes.
 

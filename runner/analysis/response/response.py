@@ -40,7 +40,7 @@ _BISECTIONS = 60
 _STEP = 1e-4  # of the distance to the nearest pole, over which the phase is differentiated
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Response(Told, Plotted):
     """Gain from an input to an output over frequency, its figures, and what a simulation gave where
     there was one.

@@ -21,7 +21,7 @@ from proofmass.runner.planning.plan import plan, varied
 MOST = 1000  # values
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MarginsOver:
     """Margins of loops at each of some values: a row of loops for each."""
 

@@ -46,7 +46,7 @@ _CLOSE = 1e-7  # of bounds while a peak is looked for
 _PEAKS = 4  # that are refined
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Together:
     """The disk margin of several loops at once, and of each alone with the others closed."""
 

@@ -31,7 +31,7 @@ def refused_scatter(values: Array, name: str) -> Problem | None:
     return Problem(message=message, key=name, got=f"{scatter:.3g}", expected=expected, hint=hint)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Series:
     """Values at equal steps of time, in a unit.
 

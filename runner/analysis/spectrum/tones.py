@@ -29,7 +29,7 @@ _ON_A_LINE = 1e-12  # part of a line from it
 COHERENT = 1e-2  # part of a cycle by which a coherent tone may miss a whole number of cycles
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Tones:
     """Figures of the largest tone in a band; ratios in dB, `rms` and `noise` in the unit of the signal.
 

@@ -26,7 +26,7 @@ SEGMENTS = 8  # that fit into the signal without overlap, where the length of a 
 FEWEST = 16  # values
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Spectrum(Told, Plotted):
     """The one-sided spectral density of a signal; `density` is in unit^2/Hz.
 

@@ -61,7 +61,7 @@ class OutputFit:
     whiteness: Whiteness
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Fitted(Told, Plotted):
     """The result of a fit.
 

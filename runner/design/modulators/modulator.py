@@ -20,7 +20,7 @@ DECIBELS = (-80.0, -60.0, -40.0, -20.0, -10.0, -8.0, -6.0, -5.0, -4.0, -3.0, -2.
 FEEDS = ("first", "all")
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Modulator(Told, Plotted):
     """A sigma-delta modulator: noise transfer function, loop filter, and signal to noise ratios over amplitude.
 

@@ -51,7 +51,7 @@ _MOVES = "where a sensor rests is known for parameters that stay as they are"
 _WHOLE_DELAYS = "the wire has several values in a period, and its delay margin is a count of them"
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Proofs(Told):
     """All claims about a graph within tolerances.
 

@@ -71,7 +71,7 @@ class TunedGoal:
         }
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Tuned(Told, Plotted):
     """The result of a search: parameters, goals, and what binds.
 

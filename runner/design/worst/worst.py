@@ -88,7 +88,7 @@ class WorstCase:
         }
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class WorstCases(Told, Plotted):
     """All worst cases, and how much of the box was looked at.
 

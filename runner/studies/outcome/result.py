@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 PERCENTILES = (1.0, 50.0, 99.0)
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class StudyResult(Plotted):
     """A finished or interrupted study; `result["bias"]` has a row per run that is done and a column per epoch.
 

@@ -1,5 +1,10 @@
 """Results at a prompt: mappings, arithmetic, and a line for each."""
 
+import copy
+import pickle
+from collections.abc import Callable
+from dataclasses import is_dataclass
+
 import numpy as np
 import pytest
 
@@ -36,3 +41,35 @@ def test_what_a_prompt_shows_is_a_line(result: proofmass.Result) -> None:
     for shown in map(repr, (result, result.graph, result["adc.code"], budget, margins, density)):
         assert len(shown) < 200
         assert "\n" not in shown
+
+
+@pytest.mark.defect(
+    "C893", before="results compared by == end in an error of NumPy", after="two results are equal if they are one"
+)
+def test_two_results_are_equal_if_they_are_one(result: proofmass.Result) -> None:
+    again = proofmass.simulate("library:template")
+    assert result != again
+    assert result == result
+    assert result.digest == again.digest
+    assert again not in [result]
+    assert len({result, again, result}) == 2
+
+
+def test_no_result_has_an_equality_of_its_fields() -> None:
+    kinds = [getattr(proofmass, name) for name in proofmass.__all__ if name[0].isupper()]
+    results = [kind for kind in kinds if is_dataclass(kind) and kind.__module__.startswith("proofmass.runner")]
+    assert len(results) > 10
+    by_fields = [kind for kind in results if kind.__eq__ is not object.__eq__]
+    assert by_fields == [proofmass.Trace]  # which compares its values, as an array does
+
+
+@pytest.mark.defect(
+    "S1037", before="values of a copied or pickled trace can be changed", after="read-only, as those of the run"
+)
+@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+def test_copies_of_a_result_are_read_only(
+    again: Callable[[proofmass.Result], proofmass.Result], result: proofmass.Result
+) -> None:
+    copied = again(result)
+    assert copied.digest == result.digest
+    assert not copied["adc.code"].values.flags.writeable
