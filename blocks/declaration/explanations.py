@@ -110,7 +110,7 @@ EXPLANATIONS = (
         "P0303",
         "A value is out of its bounds",
         r"out of range|must be (>|<|at |above |finite|two )|must (lie|not be|ascend|differ|suit|hold)|must be \{\}"
-        r"|too (large|long|many)|beyond 62 bits|too large for|longer than|over \{\}|has more than|too cold"
+        r"|too (large|small|long|many)|beyond 62 bits|too large for|longer than|over \{\}|has more than|too cold"
         r"|leaves no room|nested deeper|range|must not|bounds|logarithmic axis|no upper end|nothing can meet"
         r"|is soft|is not a tolerance|is not a limit|is bounded already|at least 1|are larger"
         r"|all hard goals|is not a rate (of change|above zero)|no worst value|in the yield already|has the ages of",

@@ -71,7 +71,9 @@ UNITS: dict[str, tuple[Fraction, tuple[int, ...], bool]] = {
     "inch": (Fraction(254, 10000), (1,), False),
 }
 
-_PRINTED = str.maketrans({"·": "*", "⋅": "*", "×": "*", "²": "^2", "³": "^3", "°": "deg"})
+_PRINTED = str.maketrans({"·": "*", "⋅": "*", "×": "*", "°": "deg"})
+_RAISED = str.maketrans("⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "+-0123456789")
+_POWER = re.compile(r"[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+")
 _ROOT = re.compile(r"√\s*(?:\(|(\w+))")
 _TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-zµμΩ%][A-Za-zµμΩ0-9]*)|(?P<number>[0-9]+(?:\.[0-9]+)?)|(?P<mark>[*/^()+-]))")
 
@@ -104,11 +106,21 @@ def unit(expression: str) -> Unit:
     """
     if len(expression) > 200:
         raise UnitError("a unit of over 200 characters")
-    tokens = _tokens(_ROOT.sub(_plain_root, expression).translate(_PRINTED))
+    tokens = _tokens(typed(expression))
     result, rest = _product(tokens, 0)
     if rest != len(tokens):
         raise UnitError(f"cannot read the unit {expression!r} at {tokens[rest]!r}", SYNTAX)
     return result
+
+
+def typed(text: str) -> str:
+    """Return a unit or a formula as it is typed: printed signs of products, powers, roots and degrees in ASCII.
+
+    >>> typed("m·s⁻²/V"), typed("µg0/√Hz")
+    ('m*s^-2 /V', 'µg0/sqrt(Hz)')
+    """
+    powers = _POWER.sub(lambda power: f"^{power[0].translate(_RAISED)} ", text)
+    return _ROOT.sub(_plain_root, powers).translate(_PRINTED)
 
 
 def _plain_root(found: "re.Match[str]") -> str:

@@ -20,6 +20,7 @@ _FACTOR_OF_ONE = re.compile(r"(?<![\w.^-])1\*|[*/]1(?![\w.^])")
 _ANGLE = re.compile(r"(?<![A-Za-zµμ])[A-Za-zµμ]{0,2}rad(?![A-Za-z])|(?<![A-Za-z])deg(?![A-Za-z])|°")
 _TURNS = re.compile(r"(?<![A-Za-zµμ])[A-Za-zµμ]{0,2}Hz(?![A-Za-z])")
 _HERTZ, _RADIANS = re.compile(r"Hz(/|$)"), re.compile(r"rad/s(/|$)")
+_VANISHING = Fraction(1, 2**1075)  # the largest number that is rounded to zero
 _TURN, _HUGE = Fraction(2.0 * math.pi), 10**300  # rad, and what is told in digits no more
 _QUANTITY = re.compile(
     r"\s*(?P<number>[+-]?(?:[0-9][0-9_]*\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?(?:/[0-9]+)?)\s*(?P<unit>.*?)\s*"
@@ -74,7 +75,7 @@ def convert_exactly(text: str, target: str) -> Fraction:
     """Convert without rounding; rates are kept like this."""
     number, symbol = split_quantity(text, target)
     if not symbol:
-        return number
+        return not_vanishing(number)
     target_unit = unit(target)
     try:
         source_unit = unit(symbol)
@@ -86,6 +87,13 @@ def convert_exactly(text: str, target: str) -> Fraction:
         raise UnitError(message, _other_dimension(text, symbol, target))
     value = number * source_unit.factor / target_unit.factor
     _refuse_turns(symbol, target, value)
+    return not_vanishing(value)
+
+
+def not_vanishing(value: Fraction) -> Fraction:
+    """Return a number; raises `UnitError` for one that is not zero, and would be as a float."""
+    if 0 < abs(value) <= _VANISHING:
+        raise UnitError("too small for a number")
     return value
 
 

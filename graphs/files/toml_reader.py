@@ -1,5 +1,6 @@
 """A graph from a TOML file, with the line of every problem. Nothing in the file is evaluated, imported or fetched."""
 
+import math
 import tomllib
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
@@ -226,7 +227,7 @@ def parsed(text: str, file: str, folder: str) -> tuple[dict[str, Any], Place]:
     text = text.removeprefix("\ufeff").replace("\r\n", "\n")
     try:
         lines = locate_keys(text)  # first: the parser takes minutes for what is refused here
-        return tomllib.loads(text), Place(file, lines, folder)
+        return tomllib.loads(text, parse_float=held_float), Place(file, lines, folder)
     except LimitError as error:
         raise _refused(file, error.line, str(error)) from None
     except (ValueError, RecursionError) as error:
@@ -240,6 +241,12 @@ def parsed(text: str, file: str, folder: str) -> tuple[dict[str, Any], Place]:
         if message.startswith(TWICE) and (twice := repeated_key(text, line)):
             message = f"{'.'.join(twice[0])} is given twice, in lines {twice[1]} and {line}"
         raise _refused(file, line, f"not TOML: {message}", hint) from None
+
+
+def held_float(text: str) -> float | str:
+    """Return a float of a file; one that is too large or too small for a float stays text, which no reader takes."""
+    number, digits = float(text), text.lower().partition("e")[0].strip("+-0_.")
+    return text if digits[:1].isdigit() and number in (0.0, math.inf, -math.inf) else number
 
 
 def _graphs_beside(path: Path) -> str:

@@ -15,8 +15,8 @@ from fractions import Fraction
 from functools import lru_cache
 
 from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown
-from proofmass.blocks.declaration.unit_expressions import is_unit, unit
-from proofmass.blocks.declaration.units import convert_exactly
+from proofmass.blocks.declaration.unit_expressions import is_unit, typed, unit
+from proofmass.blocks.declaration.units import convert_exactly, not_vanishing
 from proofmass.graphs.formulas.operations import FUNCTIONS, OPERATIONS
 from proofmass.graphs.formulas.tree import LARGEST_WHOLE_POWER, Apply, Name, Number, Raised, Tree, evaluated, names_of
 
@@ -37,7 +37,7 @@ def parsed(text: str) -> Tree:
     """Return the tree of a formula, without its equals sign; raises `Refusal`."""
     if len(text) > LENGTH:
         raise Refusal(f"a formula of over {LENGTH} characters", "name its parts in [values]")
-    return _Parser(_tokens(text)).whole()
+    return _Parser(_tokens(typed(text))).whole()
 
 
 def _tokens(text: str) -> list[tuple[str, str]]:
@@ -203,6 +203,6 @@ def _raised(base: Tree, exponent: Tree) -> Tree:
 def _float(text: str, factor: Fraction) -> float:
     """Return a number times a factor, rounded once."""
     try:
-        return float(convert_exactly(text, "1") * factor)
+        return float(not_vanishing(convert_exactly(text, "1") * factor))
     except OverflowError:
         raise Refusal("holds a number that is too large") from None

@@ -36,7 +36,7 @@ from proofmass.graphs.schema.tables import NO_KEY, Schema, by_name, by_type, nee
 from proofmass.graphs.schema.tune_schema import quantity_schema, tune_schema
 
 _NUMBER = r"[+-]?(\d[\d_]*\.?\d*|\.\d+)([eE][+-]?\d+)?(/\d+)?"
-_QUANTITY = rf"^\s*{_NUMBER}\s*([A-Za-zµμΩ%°√1(][A-Za-zµμΩ%°√²³·⋅×0-9*/^()+. -]*)?$"
+_QUANTITY = rf"^\s*{_NUMBER}\s*([A-Za-zµμΩ%°√1(][A-Za-zμΩ%√°-¹⁰-⁻⋅×0-9*/^()+. -]*)?$"
 _NAME = NAME.pattern.partition(")")[2]  # without the limit of its length
 _SIGNAL = rf"{_NAME}(\.{_NAME})+"
 _PATH = rf"(?!.*[^.]{{65}}){_NAME}(\.{_NAME})*"

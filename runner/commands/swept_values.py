@@ -10,6 +10,7 @@ import click
 
 from proofmass.blocks.declaration.problem import Refusal
 from proofmass.blocks.declaration.units import convert_exactly, split_quantity
+from proofmass.graphs.files.toml_reader import held_float
 
 MOST = 10_000  # values of a range
 _RANGE = re.compile(r"\s*([^:]+):([^:]+):\s*(\d{1,9})\s*(:\s*log\s*)?")
@@ -31,7 +32,7 @@ def sweeps(texts: tuple[str, ...]) -> dict[str, list[object]]:
 def value_of(text: str) -> Any:
     """Return a number or true or false, or else the text itself, as a quantity without quotes."""
     try:
-        return tomllib.loads(f"value = {text}")["value"]
+        return tomllib.loads(f"value = {text}", parse_float=held_float)["value"]
     except (ValueError, RecursionError):
         return text.strip()
 

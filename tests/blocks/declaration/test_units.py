@@ -183,6 +183,9 @@ def test_products_and_quotients_read_from_the_left() -> None:
         ("inf V", "V", "not a number followed by a unit", 'such as "1.5 V"'),
         ("1e400 V", "V", "too large for a number", ""),
         ("1e9999 V", "V", "an exponent of ten beyond 400", ""),
+        ("1e-400 V", "V", "too small for a number", ""),
+        ("-1e-320 fV", "V", "too small for a number", ""),
+        ("1e-324/3", "V", "too small for a number", ""),
         ("1/0 V", "V", "a division by zero", ""),
         ("5 V/", "V", "the unit ends too early", '"kg*m^2/s"'),
         ("5 /V", "V", "a unit is missing before '/'", '"kg*m^2/s"'),
@@ -369,3 +372,25 @@ def test_a_minus_sign_that_was_pasted_is_named() -> None:
     with pytest.raises(UnitError, match="a minus sign of printed text") as caught:
         convert("\N{MINUS SIGN}3 V", "V")
     assert caught.value.hint == 'write a hyphen: "-3 V"'
+
+
+@pytest.mark.defect("S1038", before='"1e-400 V" was read as 0', after="too small for a number")
+def test_a_quantity_that_a_float_has_is_not_too_small() -> None:
+    assert convert("5e-324 V", "V") == 5e-324
+    assert convert("-3e-324 V", "V") == -5e-324
+    assert convert("0e-400 V", "V") == 0.0
+    with pytest.raises(UnitError, match="too small"):
+        convert("2e-324 V", "V")
+
+
+@pytest.mark.defect("H902", before="s⁻² is no unit", after="superscripts are exponents")
+@pytest.mark.parametrize(
+    ("printed", "plain"), [("s⁻²", "s^-2"), ("kg·m²·s⁻³", "kg*m^2*s^-3"), ("V²/Hz", "V^2/Hz"), ("m⁺¹ s⁻¹", "m/s")]
+)
+def test_powers_are_read_as_they_are_printed(printed: str, plain: str) -> None:
+    assert unit(printed) == unit(plain)
+
+
+def test_a_number_behind_a_printed_power_is_none_of_its_digits() -> None:
+    with pytest.raises(UnitError, match="unknown unit"):
+        unit("m²3")

@@ -1,6 +1,7 @@
 """A graph file: read, or refused with file, line, key and cure; what is in it is never run."""
 
 import datetime
+import math
 import re
 from fractions import Fraction
 from pathlib import Path
@@ -11,7 +12,7 @@ import pytest
 from proofmass.blocks import MassSpringDamper
 from proofmass.blocks.declaration.catalog import load_own_blocks
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.files.toml_reader import graph_from, read_graph, read_graph_text
+from proofmass.graphs.files.toml_reader import graph_from, held_float, read_graph, read_graph_text
 from proofmass.graphs.model.graph import Probe, Wire
 from proofmass.graphs.model.limits import FILE_BYTES
 from tests.by_hand.graph_texts import LIBRARY, SMALL, changed, line_of, problems_of
@@ -359,3 +360,18 @@ def test_keys_that_python_keeps_for_itself_are_no_parameters(key: str) -> None:
 def test_a_key_of_the_graph_in_another_table_does_not_take_the_place_of_its_own() -> None:
     found = problems_of(SMALL.replace("[blocks", '[loops.main]\nopen_at = "adc.code"\nprobes = []\n[blocks', 1))
     assert [(p.key, p.message) for p in found] == [("loops.main.probes", "stands in the wrong table")]
+
+
+@pytest.mark.defect("S1040", before="1e-400 in a file was read as 0", after="too small for a number")
+@pytest.mark.parametrize(("number", "size"), [("1e-400", "small"), ("-0.1e-350", "small"), ("1e400", "large")])
+def test_a_number_that_a_float_has_not_is_refused(number: str, size: str) -> None:
+    text = f"{SMALL}reference = {number}\n"
+    (problem,) = problems_of(text)
+    assert f"too {size} for a number" in problem.message
+    assert problem.line == line_of(text, "reference")
+
+
+@pytest.mark.parametrize("zero", ["0.0", "-0e5", "0.000", "+0.0e-999"])
+def test_zeros_are_numbers(zero: str) -> None:
+    assert held_float(zero) == 0.0
+    assert [held_float(text) for text in ("inf", "-inf", "5e-324")] == [math.inf, -math.inf, 5e-324]

@@ -179,3 +179,30 @@ def test_an_operation_has_a_slope_by_each_of_its_arguments() -> None:
         assert len(slopes_there) == operation.arity, name
     between = [OPERATIONS[name].slopes(*at) for name in ("min", "max") for at in ((1.0, 2.0), (2.0, 1.0))]
     assert between == [(1.0, 0.0), (0.0, 1.0), (0.0, 1.0), (1.0, 0.0)]
+
+
+@pytest.mark.defect("H903", before="cannot be read at ·", after="formulas read printed signs, as units do")
+@pytest.mark.parametrize(
+    ("text", "value", "in_unit"),
+    [
+        ("= 5 m·s⁻²", 5.0, "m/s^2"),
+        ("= 2 Ω² · 3", 6.0, "ohm^2"),
+        ("= x² × 2", 2 * x * x, "1"),
+        ("= 20 nV/√Hz", 20e-9, "V/sqrt(Hz)"),
+        ("= -2²", -4.0, "1"),
+        ("= 2⁻³", 0.125, "1"),
+    ],
+)
+def test_a_formula_is_read_as_it_is_printed(text: str, value: float, in_unit: str) -> None:
+    assert Formula(text).quantity(NUMBERS, DIMENSIONS, in_unit) == pytest.approx(value, rel=1e-15)
+
+
+def test_a_number_behind_a_printed_power_is_refused() -> None:
+    with pytest.raises(Refusal, match="an operator is missing before 3"):
+        Formula("= x²3")
+
+
+@pytest.mark.defect("S1039", before="a formula read 1e-320 fV as 0", after="too small for a number")
+def test_a_number_that_a_float_has_not_is_refused() -> None:
+    with pytest.raises(Refusal, match="too small for a number"):
+        Formula("= 1e-320 fV")
