@@ -107,6 +107,7 @@ def test_a_ledger_that_cannot_be_written_to(pragma: str, said: str, tmp_path: Pa
     with pytest.raises(OSError, match=said) as caught:
         first.keep(many)
     assert caught.value.filename == str(tmp_path / FILE)
+    assert "its runs are safe: repeat" in str(caught.value)
     first.close()
     again = Ledger(tmp_path / FILE, ("bias",), 1, {"graph": "a"})
     assert again.outcomes(10).values.tolist() == [[[1.5]]]

@@ -140,11 +140,20 @@ class Ledger:
             name = getattr(error, "sqlite_errorname", "")
             number = next((number for start, number in _REFUSALS.items() if name.startswith(start)), 0)
             if number:
-                kept = "; its runs are safe: repeat the command once this is cured"
-                raise OSError(number, f"{error}{kept}", str(self.path)) from None
+                told = f"{error}; {self._kept()}repeat the command once this is cured"
+                raise OSError(number, told, str(self.path)) from None
             if name.startswith(("SQLITE_CORRUPT", "SQLITE_CONSTRAINT")):
                 raise self._damaged(str(error)) from None
             raise self._refused("is not the ledger of a study", str(error), "name another folder") from None
+
+    def _kept(self) -> str:
+        """Return what became of runs that were written before the disk refused; empty where they cannot be read."""
+        try:
+            self._data.rollback()
+            (rows,) = self._data.execute("SELECT count(*) FROM stretches").fetchone()
+        except (sqlite3.DatabaseError, AttributeError):  # without the table, or the file
+            return ""
+        return "its runs are safe: " if rows else "no run is kept: "
 
     def _damaged(self, got: str) -> ModelError:
         return self._refused("is damaged", got, _REPAIR)

@@ -79,3 +79,22 @@ def test_a_ledger_where_nothing_may_be_written_is_read(tmp_path: Path, monkeypat
     archived.close()
     assert kept.values.tolist() == [[[0.5]]]
     assert beside == [tmp_path / FILE]
+
+
+@pytest.mark.defect("S1041", before="its runs are safe, where none was written", after="no run is kept")
+@pytest.mark.parametrize(
+    ("pragma", "said"),
+    [("PRAGMA max_page_count = 1", "full"), ("PRAGMA query_only = 1", "readonly")],
+)
+def test_no_run_is_said_to_be_safe_where_none_is(pragma: str, said: str, tmp_path: Path) -> None:
+    ledger = Ledger(tmp_path / FILE, ["bias"], 1, {"graph": "a"})
+    ledger._data.execute(pragma)
+    many = [outcomes_of((SensorRun(run, 0, (float(run),)) for run in range(5000)), 1, 1)]
+    with pytest.raises(OSError, match=f"{said}.*; no run is kept: repeat the command once this is cured"):
+        ledger.keep(many)
+    ledger.close()
+
+
+def test_of_a_ledger_that_cannot_be_opened_nothing_is_said(tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="unable to open database file; repeat the command"):
+        Ledger(tmp_path / "none" / FILE, ["bias"], 1, {"graph": "a"})
