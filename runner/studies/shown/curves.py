@@ -21,21 +21,21 @@ if TYPE_CHECKING:
 
 _IS, _AND = " = ", ", "  # as `variants_of` names variants of a sweep
 _NEXT = re.compile(rf"{_AND}(?=[^,=]+{_IS})")
-Curves = dict[str, list[tuple[float, AnyArray]]]
+Curves = dict[str, list[tuple[float, AnyArray, float]]]
 
 
 def sweep_picture(result: StudyResult, measure: PlannedMeasure, name: str) -> str:
     """Return a measure against a swept parameter as SVG, a curve for each choice of others."""
     study = result.study
-    values, curves = result[measure.name][:, -1], Curves()
+    curves = Curves()
     for point in range(study.points):
         swept = study.point(point)
         others = [f"{study.name_of(other)} = {value:g}" for other, value in swept.items() if other != name]
         if len(study.recalibration.every) > 1:
             every = study.recalibrated_every(point)
             others.append(f"recalibrated {'never' if every == np.inf else age_text(every)}")
-        column = values[result.numbers % study.points == point]
-        curves.setdefault(_AND.join(others), []).append((swept[name], column))
+        there = result.some(result.numbers % study.points == point, study.points)
+        curves.setdefault(_AND.join(others), []).append(_at(swept[name], there, measure))
     return _drawn(curves, study.name_of(name), study.unit_of(name), measure)
 
 
@@ -58,18 +58,23 @@ def _over(results: Mapping[str, StudyResult], swept: Mapping[str, Mapping[str, s
         for name, result in results.items():
             if key in swept[name] and result.unit_of(measure.name) == measure.unit:
                 others = _AND.join(part for part in _parts(name) if not part.startswith(f"{key}{_IS}"))
-                curves.setdefault(others, []).append((at[swept[name][key]], result[measure.name][:, -1]))
+                curves.setdefault(others, []).append(_at(at[swept[name][key]], result, measure))
         pictures.append(_drawn(curves, key, unit, measure, lambda panel: name_places(panel, places, values, unit)))
     return "".join(pictures)
+
+
+def _at(place: float, result: StudyResult, measure: PlannedMeasure) -> tuple[float, AnyArray, float]:
+    """Return a point of a curve: values at the last age, and their mean, in which each sensor counts once."""
+    values = result[measure.name][:, -1]
+    means = result.of_draws(values)
+    means = means[np.isfinite(means)]
+    return place, values[np.isfinite(values)], float(means.mean()) if len(means) else np.nan
 
 
 def _drawn(
     curves: Curves, name: str, unit: str, measure: PlannedMeasure, named: Callable[["Axes"], None] | None = None
 ) -> str:
-    known = {
-        label: [(x, column[np.isfinite(column)]) for x, column in sorted(points, key=lambda point: point[0])]
-        for label, points in curves.items()
-    }
+    known = {label: sorted(points, key=lambda point: point[0]) for label, points in curves.items()}
     figure = plot_curves(known, axis_label(name, unit), measure)
     if named:
         named(figure.axes[0])

@@ -49,7 +49,7 @@ _BARS, _SCATTERS, _POINTS = 12, 2, 500  # of a tornado, drawn as points, and poi
 _LINES = 5  # factors whose shares are drawn over the age
 _FEW = 2  # curves up to which the scatter of each is drawn
 
-Points = Iterable[tuple[float, AnyArray]]  # of a curve: a place and the values of all sensors there
+Points = Iterable[tuple[float, AnyArray, float]]  # of a curve: a place, the values of all runs there, their mean
 
 
 class Aged(NamedTuple):
@@ -220,16 +220,16 @@ def plot_lifetimes(lives: Lifetimes) -> "Figure":
 
 def plot_curves(curves: Mapping[str, Points], x_label: str, measure: PlannedMeasure) -> "Figure":
     """A measure at the last age over a parameter: the mean of the sensors, and of few curves 98 % of them."""
-    known = [(name, [(x, column) for x, column in points if len(column)]) for name, points in curves.items()]
+    known = [(name, [point for point in points if len(point[1])]) for name, points in curves.items()]
     known = [(name, points) for name, points in known if points]
     with sheet(_WIDTH, _HEIGHT) as figure:
         panel = figure.subplots()
         for (name, points), colour in zip(known, cycle(COLOURS), strict=False):
-            at = [x for x, _ in points]
+            at, _, means = zip(*points, strict=True)
             if len(known) <= _FEW:
-                low, high = np.transpose([np.percentile(column, (1.0, 99.0)) for _, column in points])
+                low, high = np.transpose([np.percentile(column, (1.0, 99.0)) for _, column, _ in points])
                 _band(panel, at, low, high, "" if name else "1 to 99 %", colour, alpha=0.15)
-            panel.plot(at, [float(column.mean()) for _, column in points], color=colour, label=literal(name) or "mean")
+            panel.plot(at, means, color=colour, label=literal(name) or "mean")
         panel.set(xlabel=x_label, ylabel=label_of(measure))
         _legend(figure)
     return figure

@@ -278,7 +278,7 @@ def test_a_distribution_has_what_is_proved_and_fans() -> None:
 
 
 def test_names_of_a_curve_without_others() -> None:
-    (panel,) = plot_curves({"": [(1.0, LINE)]}, "gain", measure("bias", "V")).axes
+    (panel,) = plot_curves({"": [(1.0, LINE, 50.0)]}, "gain", measure("bias", "V")).axes
     assert panel.lines[0].get_label() == "mean"
     assert panel.collections[0].get_label() == "1 to 99 %"
 

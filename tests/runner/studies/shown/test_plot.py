@@ -156,8 +156,12 @@ def test_shares_over_the_age() -> None:
 def test_curves_over_a_parameter(number: int) -> None:
     """Means; of two curves or less the percentiles 1 and 99 of 0, 1 ... 100 too. A curve without values is left out."""
     column = np.arange(101.0)
-    curves = {f"c{k}": [(1.0, column + k), (2.0, column + 2 * k), (3.0, np.zeros(0))] for k in range(number)}
-    (panel,) = plot_curves({**curves, "none": [(1.0, np.zeros(0))]}, "gain", BIAS).axes
+    nothing = np.zeros(0), np.nan
+    curves = {
+        f"c{k}": [(1.0, column + k, 50.0 + k), (2.0, column + 2 * k, 50.0 + 2 * k), (3.0, *nothing)]
+        for k in range(number)
+    }
+    (panel,) = plot_curves({**curves, "none": [(1.0, *nothing)]}, "gain", BIAS).axes
     for k, line in enumerate(panel.lines):
         assert line.get_xydata().tolist() == [[1.0, 50.0 + k], [2.0, 50.0 + 2 * k]]
         assert line.get_label() == f"c{k}"

@@ -104,12 +104,13 @@ def test_lifetimes(one_point: StudyResult) -> None:
 @pytest.mark.exhaustive
 def test_curves_have_means_and_few_of_them_bands(one_point: StudyResult) -> None:
     measure, rng = one_point.measures[0], np.random.default_rng(3)
-    points = [(float(x), rng.normal(x, 1.0, 200)) for x in range(3)]
-    curves = {"a": [*points, (3.0, np.array([]))], "nothing": [(0.0, np.array([]))]}
+    columns = [rng.normal(x, 1.0, 200) for x in range(3)]
+    points = [(float(x), column, column.sum() / 200) for x, column in enumerate(columns)]
+    curves = {"a": [*points, (3.0, np.array([]), np.nan)], "nothing": [(0.0, np.array([]), np.nan)]}
     (panel,) = plot_curves(curves, "width [m]", measure).axes
     at, means = line(panel, "a")
     assert (at.tolist(), panel.get_xlabel()) == ([0.0, 1.0, 2.0], "width [m]")
-    assert means == pytest.approx([column.sum() / 200 for _, column in points])
+    assert means == pytest.approx([column.sum() / 200 for column in columns])
     (band,) = panel.collections
     assert band.get_paths()[0].vertices[:, 1].max() == pytest.approx(np.percentile(points[-1][1], 99.0))
     (many,) = plot_curves(dict.fromkeys("abc", points), "width [m]", measure).axes
