@@ -63,8 +63,9 @@ def differences(first: Graph, second: Graph) -> list[GraphDifference]:
     changes = [*_top(before, after, times), *_values(first, second, names, followed)]
     changes += [GraphDifference("blocks", old, new) for old, new in names.blocks.items()]
     before = names.flat(before)
-    changes += [*_blocks(before, after, formulas, followed, times), *_other_formulas(after, formulas, times)]
-    return [*changes, *_wires(before, after), *_rest(before, after)]
+    measured = list(_measures((before, after), times))
+    changes += [*_blocks(before, after, formulas, followed, times), *_other_formulas((before, after), formulas, times)]
+    return [*changes, *_wires(before, after), *_probes(before, after), *measured, *_rest(before, after)]
 
 
 class _Names:
@@ -96,7 +97,7 @@ class _Names:
 
 
 class _Times:
-    """Rates, offsets and the length of a run, with the formulas that give them."""
+    """Rates, offsets, the length of a run and entries of measures, with the formulas that give them."""
 
     def __init__(
         self,
@@ -118,6 +119,18 @@ class _Times:
             pairs = zip((before, after), texts, strict=True)
             before, after = (f"{number} ({text})" if number and text else number or text for number, text in pairs)
         yield from _changed(key, before, after, self._followed.get(owners[1], ""))
+
+    def beside(self, name: str, key: str, side: int) -> str:
+        """Return the formula of an entry of a measure in brackets, empty where both graphs have the same."""
+        target = f"measures.{name}.{key}"
+        text, other = (self._formulas[at].get(target, "") for at in (side, 1 - side))
+        self.told.add(target)
+        return f" ({text})" if text and text != other else ""
+
+    def followed(self, name: str, measure: Measure) -> str:
+        """Return the names of the changed values from which entries of a measure follow."""
+        causes = (self._followed.get(f"measures.{name}.{key}", "") for key in as_table(measure))
+        return ", ".join(sorted({one for names in causes if names for one in names.split(", ")}))
 
     def _owner(self, name: str, entry: str, side: int) -> str:
         """Return the entry of a block, or of the innermost subgraph about it, that gives it; "" if none does."""
@@ -225,10 +238,11 @@ def _blocks(
 
 
 def _other_formulas(
-    flat: FlatGraph, formulas: tuple[dict[str, str], dict[str, str]], times: _Times
+    flats: tuple[FlatGraph, FlatGraph], formulas: tuple[dict[str, str], dict[str, str]], times: _Times
 ) -> Iterator[GraphDifference]:
     """Yield other formulas of rates, times and entries of measures: those of parameters stand at their blocks."""
-    parameters = {f"{name}.{parameter}" for name, block in flat.blocks.items() for parameter in type(block).parameters}
+    blocks = [(name, block) for flat in flats for name, block in flat.blocks.items()]
+    parameters = {f"{name}.{parameter}" for name, block in blocks for parameter in type(block).parameters}
     parameters |= times.told
     yield from changed_entries(
         "formulas.", *({key: text for key, text in table.items() if key not in parameters} for table in formulas)
@@ -240,15 +254,28 @@ def _wires(before: FlatGraph, after: FlatGraph) -> Iterator[GraphDifference]:
     yield from changed_entries("wires: ", *sources)
 
 
-def _rest(before: FlatGraph, after: FlatGraph) -> Iterator[GraphDifference]:
+def _measures(flats: tuple[FlatGraph, FlatGraph], times: _Times) -> Iterator[GraphDifference]:
+    """Yield the measures that differ, each in one line, with formulas that changed."""
+    changed = {name for name, (old, new) in _both(flats[0].measures, flats[1].measures) if old != new}
+    lines = [
+        {name: _measure(name, flat.measures[name], side, times) for name in changed & flat.measures.keys()}
+        | {name: f"{formula.text} {formula.unit}".rstrip() for name, formula in flat.root.derived.items()}
+        for side, flat in enumerate(flats)
+    ]
+    for name, (old, new) in _both(*lines):
+        follows = times.followed(name, flats[1].measures[name]) if name in flats[1].measures and old else ""
+        yield from _changed(f"measures.{name}", old or "", new or "", follows)
+
+
+def _probes(before: FlatGraph, after: FlatGraph) -> Iterator[GraphDifference]:
     flats = before, after
     probes = [{probe.signal: f"every {probe.every} {probe.unit}".rstrip() for probe in flat.probes} for flat in flats]
     yield from changed_entries("probes: ", *probes)
-    measures = [{name: _measure(measure) for name, measure in flat.measures.items()} for flat in flats]
-    for lines, flat in zip(measures, flats, strict=True):
-        lines |= {name: f"{formula.text} {formula.unit}".rstrip() for name, formula in flat.root.derived.items()}
+
+
+def _rest(before: FlatGraph, after: FlatGraph) -> Iterator[GraphDifference]:
+    flats = before, after
     tables: dict[str, Sequence[Mapping[str, str]]] = {
-        "measures": measures,
         "requirements": list(map(_requirements, flats)),
         "loops": list(map(_loops, flats)),
         "integration": [{key: str(value) for key, value in flat.integration.changed().items()} for flat in flats],
@@ -271,10 +298,10 @@ def _loops(flat: FlatGraph) -> dict[str, str]:
     return entries
 
 
-def _measure(measure: Measure) -> str:
+def _measure(name: str, measure: Measure, side: int, times: _Times) -> str:
     """Return a measure in one line, as in a graph file."""
-    entries = as_table(measure).items()
-    return ", ".join(f"{key} {write_seconds(v) if isinstance(v, Fraction) else v}" for key, v in entries)
+    entries = ((key, write_seconds(v) if isinstance(v, Fraction) else v) for key, v in as_table(measure).items())
+    return ", ".join(f"{key} {value}{times.beside(name, key, side)}" for key, value in entries)
 
 
 def block_text(block: Block) -> str:

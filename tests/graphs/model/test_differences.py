@@ -277,6 +277,37 @@ def test_a_formula_of_the_rate_of_a_part_stands_at_its_blocks(tmp_path: Path) ->
     ]
 
 
+MEAN = "signal gain.output, statistic mean, from "
+
+
+@pytest.mark.defect("S1043", before="two changes where one formula of a measure has changed", after="one")
+@pytest.mark.parametrize(("new", "after"), [("= 20 / pace", "20 ms (= 20 / pace)"), ("20 ms", "20 ms")])
+def test_a_formula_of_a_measure_stands_beside_its_number(new: str, after: str) -> None:
+    found = differences(read_graph_text(FOLLOWING), read_graph_text(FOLLOWING.replace("= 10 / pace", new)))
+    assert found == [GraphDifference("measures.mean", f"{MEAN}10 ms (= 10 / pace)", MEAN + after)]
+
+
+def test_a_measure_says_which_value_it_follows() -> None:
+    (found,) = (
+        difference
+        for difference in differences(read_graph_text(FOLLOWING), read_graph_text(FOLLOWING.replace('"1 k', '"2 k')))
+        if difference.key.startswith("measures")
+    )
+    assert found == GraphDifference("measures.mean", f"{MEAN}10 ms", f"{MEAN}5 ms", "pace")
+
+
+def test_what_is_gone_is_gone_with_its_formulas() -> None:
+    less = "\n".join(line for line in FOLLOWING.splitlines() if not line.startswith("measures"))
+    gained = FOLLOWING.replace('"Gain", rate', '"Gain", gain = "= pace / 1 kHz", rate')
+    alone = "\n".join(line for line in gained.splitlines() if not line.startswith(("wires", "measures", "blocks.gain")))
+    assert differences(read_graph_text(FOLLOWING), read_graph_text(less)) == [
+        GraphDifference("measures.mean", f"{MEAN}10 ms (= 10 / pace)")
+    ]
+    keys = [difference.key for difference in differences(read_graph_text(gained), read_graph_text(alone))]
+    assert "blocks.gain" in keys
+    assert "formulas.gain.gain" not in keys
+
+
 @pytest.mark.defect("S992", before="alike to six digits: they mean the same", after="all digits count")
 def test_a_required_margin_differs_by_its_last_digit() -> None:
     required = TEXT.replace('open_at = "controller.output"', 'open_at = "controller.output"\ndelay_margin = "1 ms"')
