@@ -10,7 +10,7 @@ from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block, BufferPort, Port
 from proofmass.blocks.declaration.instance import format_of, shape_of
 from proofmass.blocks.declaration.problem import Problem
-from proofmass.runner.fixed.step_formats import Format, Formats, SteadyValue
+from proofmass.runner.fixed.step_formats import Cleared, Format, Formats, SteadyValue
 
 NO_RANGES: Mapping[str, Format] = {}
 
@@ -48,7 +48,7 @@ def function_formats(
             case Meaning.PARAMETERS:
                 formats[argument] = SteadyValue(block)
             case Meaning.OUT:
-                formats[argument] = port_formats(block, kind.outputs[name])
+                formats[argument] = Cleared(port_formats(block, kind.outputs[name]))
             case Meaning.BUFFER:
                 formats[argument] = port_formats(block, kind.buffers[argument], ranges)
             case Meaning.INPUT:

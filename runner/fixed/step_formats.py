@@ -36,6 +36,10 @@ class SteadyValue:
     value: Any
 
 
+class Cleared(list[Format]):
+    """The formats of an output's entries, which begin each tick with zeros: it has no memory."""
+
+
 def held_as(kind: Any) -> Held:
     """The type of the number by which engines hold a value of a type: a fixed-point value is its mantissa.
 
@@ -105,6 +109,8 @@ def loader(formats: Formats) -> Callable[[Any], Any]:
         return lambda raw: raw
     if isinstance(formats, tuple | list):
         make, loaders = _maker(formats), [loader(each) for each in formats]
+        if isinstance(formats, Cleared):
+            return lambda raw: [load(0) for load in loaders]
         return lambda raw: make([load(entry) for load, entry in zip(loaders, raw, strict=True)])
     value = formats.value if isinstance(formats, SteadyValue) else formats
     return lambda raw: value

@@ -213,6 +213,4 @@ def _refuse_unknown(module: Module) -> None:
     for operation in module.live:
         if operation.kind == "input" and operation.name not in module.sources:
             hint = "count in the state, up to a number that it starts again from"
-            if operation.name.startswith("out["):
-                hint = "keep it in a buffer"
             raise TraceError(f"{operation.name} is not a register", operation.place, hint=hint, key=module.name)

@@ -1,13 +1,14 @@
 """Digital blocks in a graph: raw values inside, units outside, overflows counted or refused alike in both engines."""
 
 import math
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, fixed, where, wrap
-from proofmass.blocks.declaration.catalog import all_blocks
+from proofmass.blocks.declaration.catalog import all_blocks, load_own_blocks
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 from proofmass.blocks.declaration.instance import format_of
 from proofmass.blocks.declaration.problem import ModelError
@@ -22,6 +23,35 @@ from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.simulate import RunError, simulate
 from proofmass.runner.targets.llvm_text import content_of
 
+HOLDING = """
+from proofmass import Block, Input
+from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
+
+class Holding(Block):
+    '''Its second entry is written while the input is above zero.'''
+
+    input = Input("1", "Signal.", dtype=FixedValue)
+
+@Holding.formats
+def formats(p: Holding) -> dict[str, Fixed]:
+    return {"input": Fixed(12, 8), "output": Fixed(12, 8)}
+
+@Holding.output("1", shape=(2,), dtype=FixedValue)
+def output(p: Holding, input: FixedValue, out: list[FixedValue]) -> None:
+    '''The signal, and its positive part.'''
+    out[0] = input
+    if input > 0:
+        WRITTEN
+"""
+HELD = """
+rate = "1 kHz"
+samples = 40
+wires = ["sine.output -> quantiser.input", "quantiser.output -> holding.input"]
+probes = ["holding.output"]
+blocks.sine = { kind = "Sine", frequency = "100 Hz" }
+blocks.quantiser = { kind = "FixedQuantiser", output_format = "(12, 8)" }
+blocks.holding.kind = "Holding"
+"""
 BOTH: list[EngineName] = ["python", "compiled"]
 KINDS = all_blocks()
 
@@ -351,3 +381,14 @@ def test_words_beside_other_numbers_are_constants_of_the_code(engine: EngineName
     result = simulate(around(Scaled()), samples=50, engine=engine)
     words = np.asarray(result["input_quantiser.output"].mantissas)
     assert np.array_equal(result["block.scaled"].mantissas, words * 3 // 8)
+
+
+@pytest.mark.defect("S1044", before="an entry of registers kept from the tick before", after="zero, in all engines")
+@pytest.mark.parametrize("engine", BOTH)
+@pytest.mark.parametrize("written", ["out[1] = input", "out[1] += input"])
+def test_an_output_in_registers_begins_each_tick_with_zeros(engine: EngineName, written: str, tmp_path: Path) -> None:
+    (tmp_path / "own.py").write_text(HOLDING.replace("WRITTEN", written))
+    graph = read_graph_text(HELD, own=load_own_blocks(tmp_path / "own.py"))
+    values = simulate(graph, engine=engine)["holding.output"].values
+    assert values[:, 0].min() < -0.9
+    assert np.array_equal(values[:, 1], np.maximum(values[:, 0], 0.0))
