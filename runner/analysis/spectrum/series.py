@@ -73,12 +73,16 @@ class Series:
 
 
 def enough(series: Series, fewest: int, purpose: str) -> int:
-    """Return the number of values of a series; raises `ModelError` where a purpose needs more."""
-    count = len(series.values)
+    """Return the number of values of a series; raises `ModelError` where a purpose needs more, or one is not finite."""
+    count, key = len(series.values), series.name or "signal"
+    wrong = np.flatnonzero(~np.isfinite(series.values))
+    if len(wrong):
+        got = f"{series.values[wrong[0]]} in row {wrong[0]}" + f", and {len(wrong) - 1:,} more" * (len(wrong) > 1)
+        raise Problem(message="all values must be finite", key=key, got=got, hint="leave it out, or cut there").error
     if count < fewest:
         raise Problem(
             message=f"the signal is too short for {purpose}",
-            key=series.name or "signal",
+            key=key,
             got=f"{count} values",
             expected=f"at least {fewest}",
             hint="run longer, or skip less",
@@ -95,7 +99,17 @@ def as_series(source: Any, rate: float = 0.0, unit: str = "1") -> Series:
     if not positive(rate):
         expected = "a number above 0, in Hz"
         raise Problem(message="plain values need a rate", key="rate", got=shown(rate), expected=expected).error
-    return Series(np.asarray(source, dtype=float).ravel(), 1.0 / rate, unit=unit)
+    return Series(_row(source), 1.0 / rate, unit=unit)
+
+
+def _row(source: Any) -> Array:
+    """Return plain values as a row, NaN where they are masked; raises `ModelError` for anything but real numbers."""
+    given = np.ma.asanyarray(source)
+    if given.size != max(given.shape, default=0) or given.dtype.kind in "cmMV":
+        got = f"{given.dtype} of shape {given.shape}"
+        hint = "give one of its columns, values[:, 0]" if given.ndim > 1 else ""
+        raise Problem(message="must be a row of real numbers", key="signal", got=got, hint=hint).error
+    return np.asarray(np.ma.filled(given.astype(float), np.nan)).ravel()
 
 
 def of_trace(trace: Trace, entry: int | None = None) -> Series:

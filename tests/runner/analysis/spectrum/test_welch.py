@@ -1,12 +1,13 @@
 """Densities against scipy.signal, and against what is known of the signal."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 import scipy.signal
 
-from proofmass import Graph, Series, simulate, spectrum
+from proofmass import Graph, Series, allan, simulate, spectrum
 from proofmass.blocks import Gain, WhiteNoise
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.analysis.spectrum.windows import WINDOWS, window
@@ -85,3 +86,36 @@ def test_a_series_without_its_start() -> None:
     assert list(series.behind(1.9).values) == [4.0, 5.0, 6.0, 7.0, 8.0, 9.0]
     with pytest.raises(ModelError, match="nothing is left"):
         series.behind(5.0)
+
+
+ROW = np.random.default_rng(1).normal(size=400)
+
+
+@pytest.mark.defect("S1045", before="columns in a row, masked and imaginary parts as numbers", after="refused")
+@pytest.mark.parametrize("analysis", [spectrum, allan])
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        (ROW.reshape(200, 2), r"row of real numbers[\s\S]*shape \(200, 2\)[\s\S]*values\[:, 0\]"),
+        (ROW + 1j, r"row of real numbers[\s\S]*complex128"),
+        (set(ROW), "row of real numbers"),
+        (np.ma.masked_greater(ROW, 1.0), "all values must be finite"),
+    ],
+)
+def test_what_is_no_row_of_numbers_is_refused(analysis: Callable[..., object], values: object, said: str) -> None:
+    with pytest.raises(ModelError, match=said):
+        analysis(values, rate=100.0)
+
+
+@pytest.mark.defect("S1046", before="a density of NaN; allan: it does not move, or a ValueError", after="refused")
+@pytest.mark.parametrize("analysis", [spectrum, allan])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_signal_that_is_not_finite_is_refused(analysis: Callable[..., object], value: float) -> None:
+    values = ROW.copy()
+    values[[7, 9]] = value
+    with pytest.raises(ModelError, match=rf"must be finite[\s\S]*{value} in row 7, and 1 more"):
+        analysis(values, rate=100.0)
+
+
+def test_one_column_is_a_row() -> None:
+    assert np.array_equal(spectrum(ROW[:, None], rate=100.0).density, spectrum(list(ROW), rate=100.0).density)
