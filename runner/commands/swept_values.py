@@ -9,10 +9,11 @@ from typing import Any
 import click
 
 from proofmass.blocks.declaration.problem import Refusal
-from proofmass.blocks.declaration.units import convert_exactly, split_quantity
+from proofmass.blocks.declaration.units import convert, convert_exactly, split_quantity
 from proofmass.graphs.files.toml_reader import held_float
 
 MOST = 10_000  # values of a range
+_WIDEST = Fraction(10**300)  # between the ends of logarithmic steps: a ratio is a float
 _RANGE = re.compile(r"\s*([^:]+):([^:]+):\s*(\d{1,9})\s*(:\s*log\s*)?")
 
 
@@ -45,12 +46,16 @@ def _values(part: str, text: str) -> list[Any]:
     try:
         first, unit = split_quantity(found[1].strip())
         last, count = convert_exactly(found[2].strip(), unit or "1"), int(found[3])
+        for end in found.group(1, 2):
+            convert(end.strip(), unit or "1")  # refuses what a float does not hold
     except Refusal as error:
         raise click.UsageError(f"--sweep {text}: {error}") from None
     if not 2 <= count <= MOST:
         raise click.UsageError(f"--sweep {text}: a range has 2 to {MOST} values, not {count}")
     if found[4] and first * last <= 0:
         raise click.UsageError(f"--sweep {text}: logarithmic steps need two ends above zero, or two below")
+    if found[4] and not _WIDEST**-1 < last / first < _WIDEST:
+        raise click.UsageError(f"--sweep {text}: logarithmic steps over more than 300 decades")
     steps = _powers(first, last, count) if found[4] else _steps(first, last, count)
     return [f"{float(value)!r} {unit}" if unit else _number(value) for value in steps]
 

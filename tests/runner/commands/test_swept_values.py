@@ -31,6 +31,22 @@ def test_lists_and_ranges(text: str, values: list[object]) -> None:
         ("0:10:3:log", "logarithmic steps need two ends above zero"),
         ("1:2:1", "a range has 2 to 10000 values, not 1"),
         ("", "write NAME=VALUE,VALUE"),
+        pytest.param(
+            "1e-400:1:3",
+            "too small for a number",
+            marks=pytest.mark.defect("S1047", before="a range from 1e-400 began at 0", after="refused"),
+        ),
+        pytest.param(
+            "1 V:1e400 V:3",
+            "too large for a number",
+            marks=pytest.mark.defect("C894", before="OverflowError", after="refused"),
+        ),
+        pytest.param(
+            "1e-300:1e300:3:log",
+            "more than 300 decades",
+            marks=pytest.mark.defect("C895", before="OverflowError, or zeros between", after="refused"),
+        ),
+        ("1e300:1e-300:3:log", "more than 300 decades"),
     ],
 )
 def test_what_is_no_range(text: str, message: str) -> None:
