@@ -4,6 +4,7 @@ A block may be a graph of its own, a subgraph, with the ports and parameters tha
 `build` reads texts and tables into such a value; nothing is read here.
 """
 
+import copyreg
 import dataclasses
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
@@ -190,6 +191,14 @@ class Graph(Placed):
     def size(self) -> GraphSize:
         """Number of blocks and wires, and depth of nested graphs."""
         return size_of(len(self.blocks), self.subgraphs, len(self.wires))
+
+
+def _frozen(table: dict[str, Any]) -> MappingProxyType[str, Any]:
+    return MappingProxyType(table)
+
+
+# frozen tables stand in studies at any depth, and Python copies and pickles none
+copyreg.pickle(MappingProxyType, lambda table: (_frozen, (dict(table),)))
 
 
 def put_in_order(value: Any) -> None:

@@ -45,7 +45,7 @@ class StudyResult(Plotted):
 
     study: Study  # that ran
     measures: tuple[PlannedMeasure, ...]  # with their units
-    numbers: AnyArray  # of the runs that are done
+    numbers: AnyArray  # of the runs that are done, read-only
     values: Mapping[str, AnyArray]  # by measure, read-only, a row per run and a column per epoch
     faults: Mapping[tuple[int, int], str]  # by run and epoch
     planned_runs: int  # after which the study ends
@@ -56,6 +56,7 @@ class StudyResult(Plotted):
     noted: Callable[[], Iterable[Problem]] = field(default=tuple, repr=False, compare=False)  # gives the notes
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "numbers", read_only(self.numbers))
         object.__setattr__(self, "values", {name: read_only(values) for name, values in self.values.items()})
 
     def __getitem__(self, measure: str) -> AnyArray:

@@ -1,8 +1,11 @@
 """The result of a study: what is counted, said and kept of values that were written by hand."""
 
+import copy
 import hashlib
 import math
+import pickle
 import struct
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +13,7 @@ import pytest
 
 from proofmass.graphs.studies.study_tables import Limit
 from proofmass.runner.studies.outcome.outcomes import Outcomes, SensorRun, outcomes_of, together
-from proofmass.runner.studies.outcome.result import as_shown, collected
+from proofmass.runner.studies.outcome.result import StudyResult, as_shown, collected
 from tests.by_hand.study_results import AGED, SWEPT, measure, study_result
 
 TWO = 'epochs = { ages = ["0 h", "1 h"] }\n'
@@ -187,3 +190,16 @@ def test_values_of_a_study_cannot_be_changed() -> None:
     with pytest.raises(ValueError, match="read-only"):
         result.to_xarray()["bias"] *= 1000.0
     assert result.yields()["bias"] == 1.0
+
+
+@pytest.mark.defect("C896", before="TypeError: cannot pickle 'mappingproxy' object", after="the study with its result")
+@pytest.mark.defect("S1048", before="the numbers of runs could be changed", after="read-only")
+@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+def test_the_result_of_a_study_is_copied_and_pickled(again: Callable[[StudyResult], StudyResult]) -> None:
+    result = study_result(AGED, {"bias": [[1.0, 2.0], [3.0, 4.0]]})
+    copied = again(result)
+    assert copied.digest == result.digest
+    assert copied.study == result.study
+    assert not copied["bias"].flags.writeable
+    assert not copied.numbers.flags.writeable
+    assert type(copied.study.spread) is type(result.study.spread)
