@@ -56,7 +56,9 @@ def with_parameters(graph: AnyGraph, changes: Mapping[str, object]) -> AnyGraph:
         entries, own, wrong = read_formulas(target, change)
         formulas |= own
         problems += wrong
-        if entries is not None and is_rate(graph, target):
+        if is_formula(change):
+            continue
+        if is_rate(graph, target):
             try:
                 if split(target)[1] == CLOCK_OFFSET:
                     offsets[split(target)[0]] = read_duration(entries)
@@ -64,7 +66,7 @@ def with_parameters(graph: AnyGraph, changes: Mapping[str, object]) -> AnyGraph:
                     rates[target] = (read_duration if target == DURATION else read_rate)(entries)
             except Refusal as error:
                 problems.append(error.problem(key, change))
-        elif entries is not None:
+        else:
             numbers[key] = entries
     read, wrong = read_values(values, {})
     problems += wrong

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from html import escape
@@ -133,7 +133,9 @@ def sweep(
     [(10, -175.0), (12, -700.0)]
     """
     graph = graph_from(graph)
-    lists = {name: tuple(map(plain, entries)) for name, entries in values.items() if not isinstance(entries, str)}
+    given = {name: plain(entries) for name, entries in values.items()}
+    listed = {name: each for name, each in given.items() if isinstance(each, Iterable) and not isinstance(each, str)}
+    lists = {name: tuple(map(plain, entries)) for name, entries in listed.items()}
     _refuse(values, lists, zipped=zipped)
     graphs = list(_changed(graph if traces else graph.changed(probes=()), points(lists, zipped=zipped)))
     plans = [plan(changed) for changed in graphs]

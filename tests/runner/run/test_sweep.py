@@ -129,3 +129,23 @@ def test_values_of_an_array_are_numbers() -> None:
     result = proofmass.sweep(GRAPH, {"adc.bits": np.array([8, 10])})
     assert result.values["adc.bits"] == (8, 10)
     assert result.to_xarray()["adc.bits"].dtype.kind == "i"
+
+
+@pytest.mark.defect("S1049", before="None, or what an array masks, ran with the number of the file", after="refused")
+@pytest.mark.parametrize("values", [[8, None], np.ma.array([8, 10], mask=[False, True])])
+def test_none_is_no_value_of_a_sweep(values: Any) -> None:
+    with pytest.raises(ModelError, match=r"adc.bits: must be an integer, at the point adc.bits = None"):
+        proofmass.sweep(GRAPH, {"adc.bits": values})
+
+
+@pytest.mark.parametrize("name", ["adc.reference", "rate", "duration"])
+def test_none_changes_no_parameter(name: str) -> None:
+    with pytest.raises(ModelError, match=f"{name}: must be"):
+        GRAPH.with_parameters({name: None})
+
+
+@pytest.mark.defect("C897", before="TypeError: iteration over a 0-d array", after="has no values to sweep")
+@pytest.mark.parametrize("values", [np.array(8), 8, "8"])
+def test_a_number_alone_is_no_list(values: Any) -> None:
+    with pytest.raises(ModelError, match="has no values to sweep"):
+        proofmass.sweep(GRAPH, {"adc.bits": values})
