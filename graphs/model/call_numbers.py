@@ -2,8 +2,10 @@
 
 import math
 import numbers
-from typing import TypeGuard
+from collections.abc import Iterable
+from typing import Any, TypeGuard
 
+from proofmass.blocks.declaration.parameter import plain
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.graphs.model.limits import LARGEST_SEED
 
@@ -20,6 +22,17 @@ def refuse_counts(**given: tuple[object, int, int]) -> None:
             problems.append(Problem(message=message, key=key, got=shown(value), expected=expected))
     if problems:
         raise ModelError(problems)
+
+
+def frequencies_of(given: object) -> list[float]:
+    """Return a list of frequencies in Hz as floats; raises `ModelError` for anything else."""
+    listed = plain(given)
+    real = isinstance(listed, Iterable) and not isinstance(listed, str)
+    values: list[Any] = [plain(value) for value in listed] if real else [None]
+    if not all(isinstance(value, numbers.Real) and not isinstance(value, bool) for value in values):
+        hint = "write frequencies=[1.0, 10.0], in Hz"
+        raise Problem(message="must be a list of numbers", key="frequencies", got=shown(given), hint=hint).error
+    return [float(value) for value in values]
 
 
 def whole(value: object) -> TypeGuard[int]:

@@ -12,6 +12,7 @@ from proofmass.blocks.declaration.named_arguments import named_arguments
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.files.toml_reader import GraphSource
+from proofmass.graphs.model.call_numbers import frequencies_of
 from proofmass.graphs.model.flatten import inside
 from proofmass.graphs.model.graph import Endpoint, Graph
 from proofmass.graphs.model.loops import AUTO
@@ -87,7 +88,7 @@ def noise(
     >>> [(source.block, f"{source.share:.0%}") for source in budget.sources]
     [('amplifier', '66%'), ('gas', '26%'), ('adc', '7%')]
     """
-    wanted = BudgetQuestion(input, band, frequencies, derivatives)
+    wanted = BudgetQuestion(input, band, frequencies_of(frequencies), derivatives)
     return budget_at(OperatingPoints(plan(graph), at), output, wanted)
 
 

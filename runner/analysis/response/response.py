@@ -12,6 +12,7 @@ from proofmass.blocks.declaration.named_arguments import named_arguments
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.files.toml_reader import GraphSource
+from proofmass.graphs.model.call_numbers import frequencies_of
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.loops import AUTO
 from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints
@@ -193,7 +194,14 @@ def response(
     """
     points = OperatingPoints(plan(graph), at)
     return response_at(
-        points, input, output, frequencies, simulate=simulate, amplitude=amplitude, band=band, progress=progress
+        points,
+        input,
+        output,
+        frequencies_of(frequencies),
+        simulate=simulate,
+        amplitude=amplitude,
+        band=band,
+        progress=progress,
     )
 
 

@@ -1,13 +1,14 @@
 """Linear responses against closed forms and scipy."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 import scipy.optimize
 import scipy.signal
 
-from proofmass import Graph, response, worst
+from proofmass import Graph, noise, response, worst
 from proofmass.blocks import (
     Constant,
     Decimator,
@@ -19,9 +20,11 @@ from proofmass.blocks import (
     MovingAverage,
     SigmaDeltaModulator,
     UnitDelay,
+    WhiteNoise,
 )
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.model.call_numbers import frequencies_of
 from proofmass.runner.design.quantities.output_figures import value_of_response
 
 RATE = 1000.0
@@ -275,3 +278,22 @@ def test_a_modulator_has_the_same_response_whatever_number_of_values_is_averaged
     boxcar = np.mean([z**-k for k in range(1, ratio + 1)], axis=0)
     assert found.gain == pytest.approx(modulated * boxcar, rel=1e-9)
     assert found.notes == ()
+@pytest.mark.defect("C898", before="ValueError or TypeError of Python", after="must be a list of numbers")
+@pytest.mark.parametrize("given", [np.array([[1.0, 2.0]]), 5.0, np.float64(5.0), ["1 Hz"], [True], "12", [None]])
+def test_frequencies_are_a_list_of_numbers(given: Any) -> None:
+    graph = Graph(
+        name="",
+        rate=1000,
+        blocks={"noise": WhiteNoise(density=1.0), "gain": Gain()},
+        wires=["noise.output -> gain.input"],
+    )
+    with pytest.raises(ModelError, match="frequencies: must be a list of numbers"):
+        response(graph, "noise.output", "gain.output", frequencies=given)
+    with pytest.raises(ModelError, match="frequencies: must be a list of numbers"):
+        noise(graph, "gain.output", frequencies=given)
+
+
+def test_frequencies_of_numpy_are_numbers() -> None:
+    assert frequencies_of(np.array([1, 2], dtype=np.int32)) == [1.0, 2.0]
+    assert frequencies_of((np.float32(0.5), 1)) == [0.5, 1.0]
+    assert frequencies_of(()) == []
