@@ -23,6 +23,7 @@ from proofmass.runner.host.arrays import Array, Complex
 LOOKS = (1, 2, 8, 64)  # periods after which a map is compared
 NEAR = 1e-3  # distance of a pole from the boundary of stability
 _NEGLIGIBLE = 1e-9  # part of a map, of all of it
+_ENTRIES = 1 << 15  # numbers of two maps that are compared at a time
 _NO_MODE = 1e-290  # product of its two vectors, below which a mode counts as one with the next
 _PLACES = (0.01, 0.3, 1.1, 2.3)  # rad a period: no carrier, of a rational turn, is there
 _eig: Any = scipy.linalg.eig
@@ -138,22 +139,37 @@ def change_between(first: PeriodMap, second: PeriodMap) -> float:
     if np.array_equal(first.matrix[:, :-1], second.matrix[:, :-1]):
         return 0.0
     kept = first.between_with(second)
-    first, second = first.kept(kept), second.kept(kept)
-    n, (one, two) = first.order, (of.matrix[:, :-1].copy() for of in (first, second))
-    for matrix in (one, two):
-        matrix[:n, :n] -= np.eye(n)
-    difference = two - one
-    size = np.maximum(np.abs(one, out=one), np.abs(two, out=two), out=one)
-    rows, columns = _scales(size, _alone(n, first.outputs), _alone(n, first.inputs))
-    down, across = (_members(first.states, ends) for ends in (first.outputs, first.inputs))
-    for matrix in (size, difference):  # in place: a period of noise may have millions of entries
-        matrix *= rows[:, None]
-        matrix *= columns
-        np.square(matrix, out=matrix)
-    whole = math.sqrt(float(np.sum(size)))
-    parts, changes = (np.sqrt(down @ squares @ across.T) for squares in (size, difference))
-    counted = parts > _NEGLIGIBLE * whole
+    squares = _squares(first, second, kept)
+    scale = np.outer(*_scales(squares[0])) ** 2
+    wires = ([*{entry[:2]: entry for entry in ends}.values()] for ends in (first.outputs, first.inputs))
+    down, across = (_members([first.states[place] for place in kept], ends) for ends in wires)
+    parts, changes = (np.sqrt(down @ (each * scale) @ across.T) for each in squares)
+    counted = parts > _NEGLIGIBLE * math.sqrt(float(np.sum(squares[0] * scale)))
     return float(np.max(changes[counted] / parts[counted], initial=0.0))
+
+
+def _squares(first: PeriodMap, second: PeriodMap, kept: Sequence[int]) -> tuple[Array, Array]:
+    """Return the squares of the larger entries of two maps, less 1 on the diagonal, and of their differences.
+
+    They are sums for each of the states that are kept, and for each wire with all of its values. A
+    period of noise may have millions of entries, of which few rows are in a cache.
+    """
+    n, m = len(kept), first.order
+    down, across = (_alone(n, ends) for ends in (first.outputs, first.inputs))
+    rows, columns = (
+        np.array([*kept, *range(m, m + len(ends))], dtype=np.int64) for ends in (first.outputs, first.inputs)
+    )
+    made = np.zeros((2, down.max(initial=-1) + 1, across.max(initial=-1) + 1))
+    begins, eye = np.flatnonzero(np.diff(across, prepend=-1)), np.eye(len(rows), n)
+    step = max(1, _ENTRIES // max(1, len(columns)))
+    for some in (slice(begin, begin + step) for begin in range(0, len(rows), step)):
+        one, two = (of.matrix[rows[some]][:, columns] for of in (first, second))
+        for matrix in (one, two):
+            matrix[:, :n] -= eye[some]
+        for of, entries in zip(made, (np.maximum(np.abs(one), np.abs(two)), two - one), strict=True):
+            sums = np.add.reduceat(entries**2, begins, axis=1) if len(begins) else entries
+            np.add.at(of, (down[some, None], across[begins]), sums)
+    return made[0], made[1]
 
 
 def same_between(first: PeriodMap, closed: PeriodMap, periods: int) -> bool:
@@ -253,14 +269,12 @@ def _turned(later: Array, poles: Complex, vectors: Complex, reach: Array) -> Com
     return np.asarray(np.divide(turned, sizes, out=vectors.astype(complex), where=sizes > 0.0))
 
 
-def _scales(size: Array, down: Indices, across: Indices) -> tuple[Array, Array]:
-    """Factors of rows and columns that make them alike: units of the states and wires do not count.
+def _scales(joined: Array) -> tuple[Array, Array]:
+    """Return factors of rows and columns that make them alike: units of the states and wires do not count.
 
-    All values of a wire have one unit. A wire behind the states that has no row, or no column,
-    keeps its unit: all of these are one of their norm.
+    They are squares. A wire behind the states that has no row, or no column, keeps its unit: all of
+    these are one of their norm.
     """
-    joined = np.zeros([np.max(places, initial=-1) + 1 for places in (down, across)])
-    np.add.at(joined, (down[:, None], across), size**2)
     paired = min(joined.shape)
     square = np.zeros((paired + 1, paired + 1))
     square[:paired, :paired] = joined[:paired, :paired]
@@ -268,7 +282,7 @@ def _scales(size: Array, down: Indices, across: Indices) -> tuple[Array, Array]:
     square[paired, :paired] = joined[paired:, :paired].sum(axis=0)
     own = np.ones(max(joined.shape))
     own[:paired] = balanced(np.sqrt(square))[1][:paired]
-    return 1.0 / own[down], own[across]
+    return 1.0 / own[: len(joined)], own[: joined.shape[1]]
 
 
 def _alone(n: int, ends: Sequence[tuple[str, str, int]]) -> Indices:
