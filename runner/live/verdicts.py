@@ -92,13 +92,10 @@ def _of_loops(planned: Plan, thorough: bool) -> Iterator[dict[str, Any]]:
 
 
 def _limits_of(planned: Plan, name: str, answer: "Margins") -> Iterator[dict[str, Any]]:
-    # start-up time: as above
-    from proofmass.runner.analysis.margins.stability import attained
-
     loop = planned.graph.loops.get(name)
     for key, limit in (loop.requirements if loop else {}).items():
         peak, unit = key == "sensitivity_peak", REQUIREMENTS[key]
-        value = attained(answer, key) if answer.stable else math.nan
+        value = answer.attained(key) if answer.stable else math.nan
         kept = value <= limit if peak else value >= limit
         shown = f"{value:.4g} {unit}" if answer.stable else answer.verdict
         about = f"{shown} {_sign(not kept, peak)} {limit:g} {unit}" if answer.stable else f"{shown}: {limit:g} {unit}"

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from proofmass.graphs.model.loops import REQUIREMENTS
 from proofmass.runner.output.json_text import finite
 
 LARGEST_FACTOR = 1.0e9  # of gain margins; beyond it a loop counts as unlimited
@@ -41,12 +42,14 @@ class Figures:
     @property
     def nearest_gain(self) -> float | None:
         """The factor next to 1, above or below, with which the loop is not stable; None where all leave it stable."""
-        return nearest_gain(self.gain_margin, self.gain_reduction)
+        factors = [limit for limit in (self.gain_margin, self.gain_reduction) if limit and math.isfinite(limit)]
+        return min(factors, key=lambda factor: abs(math.log(factor)), default=None)
 
     @property
     def least_gain_margin(self) -> float:
         """Decibels by which the gain may change, to the nearer side; infinite without limit."""
-        return least_gain_margin(self.gain_margin, self.gain_reduction)
+        factor = self.nearest_gain
+        return math.inf if factor is None else 20.0 * abs(math.log10(factor))
 
     def value(self, name: str) -> float:
         """Return a figure of a stable loop in dB, deg, s, Hz or as it is; infinite where there is no limit."""
@@ -59,6 +62,10 @@ class Figures:
             "bandwidth": self.bandwidth,
         }[name]
         return math.inf if value is None else float(value)
+
+    def required(self) -> dict[str, float]:
+        """Return what a loop may require of its margins, in the units of that."""
+        return {name: self.value(name) for name in REQUIREMENTS}
 
     def as_data(self) -> dict[str, Any]:
         """Return the numbers as plain data, in the units that their names say."""
@@ -81,18 +88,6 @@ class Figures:
             "phase_crossovers_hz": list(self.phase_crossovers),
             "phase_crossover_gains_db": [decibels(gain) for gain in self.phase_crossover_gains],
         }
-
-
-def nearest_gain(*limits: float | None) -> float | None:
-    """Return the factor next to 1 of some that are limits: none is at 0, infinity or None."""
-    factors = [limit for limit in limits if limit and math.isfinite(limit)]
-    return min(factors, key=lambda factor: abs(math.log(factor)), default=None)
-
-
-def least_gain_margin(*limits: float | None) -> float:
-    """Return the decibels to the factor next to 1 of some limits; infinite where none is."""
-    factor = nearest_gain(*limits)
-    return math.inf if factor is None else 20.0 * abs(math.log10(factor))
 
 
 def decibels(factor: float | None) -> float | None:

@@ -5,7 +5,6 @@ period hangs on the last digits of the maps of its ticks. Limits are known to wh
 half a last digit off agree on which side of them the loop is stable.
 """
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -16,22 +15,22 @@ import numpy.typing as npt
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.rounded import moved_maps
 from proofmass.runner.analysis.margins.bracketed import HIDDEN
-from proofmass.runner.analysis.margins.figures import FactorInterval
+from proofmass.runner.analysis.margins.figures import Figures
 
 _STEPS = tuple(5.0 * 10.0**-digits for digits in range(6, 0, -1))  # parts of a limit, the first of which is not shown
 _Factors = Callable[[npt.NDArray[Any]], npt.NDArray[Any]]
 
 
-def known_parts(system: OpenLoop, limits: FactorInterval, turn: float | None) -> tuple[float, float, float]:
+def known_parts(system: OpenLoop, limits: Figures) -> tuple[float, float, float]:
     """Return the parts of the lower and the upper limit of a loop, and of its turn, to which these are known.
 
     A part is 0 where all that is shown is known.
     """
-    low, high = limits
+    low, high, turn = limits.gain_reduction, limits.gain_margin, limits.phase_margin
     loops = [system, *(replace(system, map=moved) for moved in moved_maps(system.map))]
     return (
         _part(loops, lambda part: low / part) if low else 0.0,
-        _part(loops, lambda part: high * part) if high < math.inf else 0.0,
+        _part(loops, lambda part: high * part) if high else 0.0,
         _part(loops, lambda part: np.exp(-1j * turn * part)) if turn else 0.0,
     )
 

@@ -9,7 +9,7 @@ own frequency, found by a sweep.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, TypeAlias
 
@@ -46,23 +46,19 @@ def figures_of(system: OpenLoop, stable: bool) -> Figures:
     gains = crossings(response, lambda values: np.abs(values) - 1.0)
     phases = _phase_crossovers(system, response)
     hertz = 1.0 / (2.0 * math.pi)
-    every = Figures(
+    every = replace(
+        limits(system) if stable else Figures(stable_gains=stable_gains(system)),
         gain_crossovers=tuple(v * hertz for v in gains),
         gain_crossover_phases=tuple(np.angle(-system.response(np.array(gains))).tolist()),
         phase_crossovers=tuple(v * hertz for v in phases),
         phase_crossover_gains=tuple(np.abs(system.response(np.array(phases))).tolist()),
-        stable_gains=stable_gains(system),
     )
     if not stable:
         return every
-    low, high = limits(every.stable_gains)
     closed = closed_samples(system, w)
     at, peak = largest(system, 1.0, closed)
     return replace(
         every,
-        gain_margin=None if math.isinf(high) else high,
-        gain_reduction=low or None,
-        phase_margin=critical_turn(system),
         delay_margin=delay_margin(system, every.gain_crossovers),
         disk_margin=1.0 / _peak(system, 0.5, closed)[1],
         sensitivity_peak=peak,
@@ -71,9 +67,16 @@ def figures_of(system: OpenLoop, stable: bool) -> Figures:
     )
 
 
-def limits(gains: Sequence[FactorInterval]) -> FactorInterval:
-    """Return the factors next to 1 between which a loop is stable."""
-    return next((pair for pair in gains if pair[0] < 1.0 < pair[1]), (1.0, 1.0))
+def limits(system: OpenLoop) -> Figures:
+    """Return factors and turn at the wire, next to none, that make a stable loop unstable."""
+    gains = stable_gains(system)
+    low, high = next((pair for pair in gains if pair[0] < 1.0 < pair[1]), (1.0, 1.0))
+    return Figures(
+        gain_margin=None if math.isinf(high) else high,
+        gain_reduction=low or None,
+        phase_margin=_critical_turn(system),
+        stable_gains=gains,
+    )
 
 
 def closed_samples(system: OpenLoop, w: Array) -> Samples:
@@ -206,7 +209,7 @@ def stable_gains(system: OpenLoop) -> tuple[FactorInterval, ...]:
     )
 
 
-def critical_turn(system: OpenLoop) -> float | None:
+def _critical_turn(system: OpenLoop) -> float | None:
     """Return the least turn at the wire that makes a stable loop unstable."""
     places = np.linspace(0.0, math.pi, _TURNS + 1)
     _, turn = next(stable_intervals(lambda x: system.growths(np.exp(-1j * x)), places), (0.0, 0.0))

@@ -45,7 +45,7 @@ from proofmass.runner.analysis.margins.side_by_side import (
     open_loops,
     responses,
 )
-from proofmass.runner.analysis.margins.stability import attained, margins_or_reasons
+from proofmass.runner.analysis.margins.stability import margins_or_reasons
 from proofmass.runner.derivatives.dual_noise import changing
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.derivatives.stepped_ticks import TickSlopes
@@ -374,7 +374,7 @@ def margins_alone(sensor: Plan, at: str, like: Course | None = None, over: bool 
 
 
 def _values(found: Margins) -> MarginValues:
-    stable = (attained(found, name) if found.stable else math.nan for name in REQUIREMENTS)
+    stable = (found.attained(name) if found.stable else math.nan for name in REQUIREMENTS)
     return *stable, VERDICTS[found.verdict]
 
 
@@ -382,4 +382,4 @@ def _row(found: Amounts, row: int, period: float) -> MarginValues:
     """Return the margins of one of the loops."""
     if not found.stable[row]:
         return *(math.nan for _ in REQUIREMENTS), VERDICTS["unstable"]
-    return *found.required(row, period).values(), VERDICTS["stable"]
+    return *found.figures(row, period).required().values(), VERDICTS["stable"]

@@ -32,7 +32,7 @@ from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole, Verdict
 from proofmass.runner.analysis.margins import lifted, lifted_modes, scalar
 from proofmass.runner.analysis.margins.delays import delay_margin
-from proofmass.runner.analysis.margins.figures import Figures, decibels, least_gain_margin
+from proofmass.runner.analysis.margins.figures import Figures, decibels
 from proofmass.runner.analysis.margins.frequencies import check_by_sweep
 from proofmass.runner.analysis.margins.known_limits import known_parts, limits_note
 from proofmass.runner.analysis.margins.modes import Mode, seen
@@ -75,6 +75,20 @@ class Margins(Figures, Plotted):
     def poles(self) -> Complex:
         """Closed-loop poles over the period that the loop sees, the slowest first."""
         return np.array([pole.value for pole in self.slowest], dtype=complex)
+
+    def required(self) -> dict[str, float]:
+        """Return what a loop may require, the worst there is if it is not stable."""
+        if self.stable:
+            return super().required()
+        return {name: math.inf if name in PEAKS else -math.inf for name in REQUIREMENTS}
+
+    def attained(self, name: str) -> float:
+        """A margin of a stable loop by the name and in the unit of its requirement; without limit it is infinite.
+
+        It is the worst of those at other phases of an oscillation, or instants ahead, that were
+        looked at.
+        """
+        return self.elsewhere.get(name, self.value(name))
 
     def __repr__(self) -> str:
         """The loop, its verdict and its margins, in a line."""
@@ -184,7 +198,7 @@ def least_of(instants: Sequence[Margins]) -> Margins:
     Instants at which the loop is not stable have no margins; a note says that there are some.
     """
     stable = [one for one in instants if one.stable]
-    worst, rows = min(stable, key=lambda one: one.least_gain_margin), [required(one) for one in stable]
+    worst, rows = min(stable, key=lambda one: one.least_gain_margin), [one.required() for one in stable]
     told = ranges(rows)
     first, last = instants[0].system.map, instants[-1].system.map
     notes = [
@@ -203,32 +217,19 @@ def over_stretches(system: OpenLoop, figures: Figures) -> tuple[OpenLoop, Figure
     It has notes on their range, and on how well they are known.
     """
     loops = [system, *(OpenLoop(other.between()) for other in system.map.others)]
-    gains = (figures.stable_gains, *map(lifted.stable_gains, loops[1:]))
-    limits = [lifted.limits(intervals) for intervals in gains]
-    reductions, margins = zip(*limits, strict=True)
-    turns = [figures.phase_margin, *map(lifted.critical_turn, loops[1:])]
-    phases = [math.inf if turn is None else turn for turn in turns]
-    reduction, gain, phase = max(reductions), min(margins), min(phases)
-    worst = replace(
-        figures,
-        gain_margin=gain if math.isfinite(gain) else None,
-        gain_reduction=reduction or None,
-        phase_margin=phase if math.isfinite(phase) else None,
+    stretches = [figures, *map(lifted.limits, loops[1:])]
+    least = (
+        max(stretches, key=lambda one: one.gain_reduction or 0.0),
+        min(stretches, key=lambda one: one.gain_margin or math.inf),
+        min(stretches, key=lambda one: math.inf if one.phase_margin is None else one.phase_margin),
     )
-    pairs = zip((least_gain_margin(*pair) for pair in limits), map(math.degrees, phases), strict=True)
-    told = ranges([dict(zip(("gain_margin", "phase_margin"), pair, strict=True)) for pair in pairs])
-    parts = [known_parts(*each) for each in zip(loops, limits, turns, strict=True)]
-    least = reductions.index(reduction), margins.index(gain), phases.index(phase)
-    known = limits_note(max(parts[n][kind] for kind, n in enumerate(least)), max(map(max, parts)))
+    names = "gain_reduction", "gain_margin", "phase_margin"
+    worst = {name: getattr(one, name) for name, one in zip(names, least, strict=True)}
+    told = ranges([{name: one.value(name) for name in names[1:]} for one in stretches])
+    parts = [known_parts(*each) for each in zip(loops, stretches, strict=True)]
+    shown = (parts[stretches.index(one)][kind] for kind, one in enumerate(least))
     notes = [f"the least of their margins is shown: {told}"] if told and len(loops) > 1 else []
-    return system.noted(*notes, *known), worst
-
-
-def required(margins: Margins) -> dict[str, float]:
-    """Return what a loop may require of its margins, in the units of that; the worst there is if it is not stable."""
-    if margins.stable:
-        return {name: margins.value(name) for name in REQUIREMENTS}
-    return {name: math.inf if name in PEAKS else -math.inf for name in REQUIREMENTS}
+    return system.noted(*notes, *limits_note(max(shown), max(map(max, parts)))), replace(figures, **worst)
 
 
 def worst_of(rows: Sequence[Mapping[str, float]]) -> dict[str, float]:

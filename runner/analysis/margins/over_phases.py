@@ -23,7 +23,7 @@ from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS, held_in
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.analysis.linearisation.surroundings import Surroundings, moved
-from proofmass.runner.analysis.margins.margins import Margins, margins_at, ranges, required, worst_of
+from proofmass.runner.analysis.margins.margins import Margins, margins_at, ranges, worst_of
 from proofmass.runner.analysis.margins.side_by_side import amounts, kind_of, neutral_mode, open_loops
 from proofmass.runner.plan.memory import start
 
@@ -86,7 +86,7 @@ class OverPhases:
             return None  # something else holds it, as what vibrates from the start: no loop that grows moves it
         twice = not (apart(0, 4, _ALIKE) or apart(1, 5, _ALIKE))  # as a square, in a turn
         others = map(loop, range(1, PHASES // 2 if twice else PHASES))
-        return [required(found), *(_quickly(found, one) or required(margins_at(one, "", "")) for one in others)]
+        return [found.required(), *(_quickly(found, one) or margins_at(one, "", "").required() for one in others)]
 
     def _turned(self, about: Linearisation, entry: Entry, number: int, ends: Ends) -> Linearisation:
         """Return where a run settles that began so many parts of a turn on.
@@ -154,4 +154,4 @@ def _quickly(found: Margins, system: OpenLoop) -> dict[str, float] | None:
     left, _ = neutral.left_out(loop)
     crossovers = ([turn * f for f in each] for each in (found.gain_crossovers, found.phase_crossovers))
     figures = amounts(left, kind_of(left, *crossovers))
-    return figures.required(0, system.map.period) if figures.certain[0] and figures.stable[0] else None
+    return figures.figures(0, system.map.period).required() if figures.certain[0] and figures.stable[0] else None

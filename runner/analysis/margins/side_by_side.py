@@ -17,7 +17,7 @@ import numpy as np
 
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR, least_gain_margin
+from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR, Figures
 from proofmass.runner.host.arrays import Array, Complex, Truths
 
 _SLOWEST, _DENSITY = 1e-7, 40  # rad in a sample, and points of a decade from there to half the rate
@@ -143,14 +143,11 @@ class Amounts(NamedTuple):
         """Return which loops are stable."""
         return np.asarray(self.size < 1.0)
 
-    def required(self, row: int, period: float) -> dict[str, float]:
-        """Return what a stable loop may require of its margins, in the units of that."""
-        return {
-            "gain_margin": least_gain_margin(float(self.gain_margin[row]), float(self.gain_reduction[row])),
-            "phase_margin": math.degrees(self.phase_margin[row]),
-            "delay_margin": float(self.delay_margin[row]) * period,
-            "sensitivity_peak": 20.0 * math.log10(self.sensitivity_peak[row]),
-        }
+    def figures(self, row: int, period: float) -> Figures:
+        """Return the figures of a stable loop."""
+        names = "gain_margin", "gain_reduction", "phase_margin", "delay_margin", "sensitivity_peak"
+        values = {name: float(getattr(self, name)[row]) for name in names}
+        return Figures(**values | {"delay_margin": values["delay_margin"] * period})
 
 
 def amounts(loops: OpenLoops, kind: LoopKind) -> Amounts:

@@ -14,7 +14,7 @@ from proofmass.runner.analysis.linearisation.linearise import loop_nodes
 from proofmass.runner.analysis.linearisation.map_blocks import coarse_blocks
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole
-from proofmass.runner.analysis.margins.margins import Margins, margins_of, worst_of
+from proofmass.runner.analysis.margins.margins import Margins, margins_of
 from proofmass.runner.analysis.margins.over_phases import OverPhases
 from proofmass.runner.analysis.margins.rounded import with_rounding
 from proofmass.runner.analysis.margins.text import BUT_ROUNDING, but_rounding
@@ -104,7 +104,7 @@ def _missed(name: str, loop: Loop, margins: Margins) -> Iterator[Problem]:
                 path=path,
             )
             return
-        value, unit = attained(margins, key), REQUIREMENTS[key]
+        value, unit = margins.attained(key), REQUIREMENTS[key]
         peak = key == "sensitivity_peak"
         if value <= limit if peak else value >= limit:
             continue
@@ -120,7 +120,7 @@ def _missed(name: str, loop: Loop, margins: Margins) -> Iterator[Problem]:
 
 def _where(margins: Margins, key: str) -> str:
     """Return where else the worst of a figure is, nothing where it is that of the margins."""
-    if attained(margins, key) == margins.value(key):
+    if margins.attained(key) == margins.value(key):
         return ""
     return ", at another instant ahead" if margins.system.map.others else f", {AT_ANOTHER_PHASE}"
 
@@ -144,12 +144,3 @@ def _way_back(margins: Margins) -> str:
     low, high = margins.stable_gains[-1]
     limits = f"above {low:.4g}" if math.isinf(high) else f"between {low:.4g} and {high:.4g}"
     return f"a factor {limits} at {margins.open_at} makes it stable"
-
-
-def attained(margins: Margins, key: str) -> float:
-    """A margin of a stable loop by the name and in the unit of its requirement; without limit it is infinite.
-
-    It is the worst of those at other phases of an oscillation, or instants ahead, that were looked at.
-    """
-    own = margins.value(key)
-    return worst_of([{key: own}, {key: margins.elsewhere.get(key, own)}])[key]

@@ -15,7 +15,7 @@ from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Endpoint, Graph, split
-from proofmass.graphs.model.loops import AUTO, REQUIREMENTS
+from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.model.quantities import (
     LoopFigure,
     MeasureOf,
@@ -33,7 +33,7 @@ from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.margins.margins import Margins, margins_at, margins_of
 from proofmass.runner.analysis.margins.over_phases import OverPhases
 from proofmass.runner.analysis.margins.sensitivity import transfer_sensitivities
-from proofmass.runner.analysis.margins.stability import AT_ANOTHER_PHASE, attained, open_loop, through_bits
+from proofmass.runner.analysis.margins.stability import AT_ANOTHER_PHASE, open_loop, through_bits
 from proofmass.runner.analysis.response.response import refuse_beyond
 from proofmass.runner.design.quantities.loop_figures import NoValue, Reading, growth, read_figure, value_of_figure
 from proofmass.runner.design.quantities.output_figures import read_noise, read_response
@@ -275,7 +275,7 @@ class _FiguresOfLoop:
     def reading(self, figure: str) -> Reading | NoValue:
         """Return a figure, and its derivatives by the free parameters."""
         own = value_of_figure(self._found, figure)
-        least = attained(self._found, figure) if figure in REQUIREMENTS else own
+        least = self._found.elsewhere.get(figure, own)
         if self._found.elsewhere.get("gain_margin") == -math.inf:
             return NoValue(f"the loop {self._found.loop} is unstable {AT_ANOTHER_PHASE}", unstable=True)
         if not self._free:

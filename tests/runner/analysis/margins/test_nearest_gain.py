@@ -6,7 +6,7 @@ import pytest
 
 from proofmass import margins
 from proofmass.runner.analysis.linearisation.linearisation import linearised
-from proofmass.runner.analysis.margins.figures import least_gain_margin, nearest_gain
+from proofmass.runner.analysis.margins.figures import Figures
 from proofmass.runner.analysis.margins.margins import least_of, margins_of
 from proofmass.runner.analysis.margins.plot import plot_margins
 from proofmass.runner.analysis.margins.sensitivity import margin_sensitivities
@@ -53,6 +53,6 @@ def test_the_least_of_instants_is_that_of_the_nearer_limit() -> None:
 
 
 def test_no_limit() -> None:
-    assert nearest_gain(None, 0.0, math.inf) is None
-    assert least_gain_margin(None, None) == math.inf
-    assert least_gain_margin(1.0, 0.5) == 0.0
+    assert Figures(gain_margin=math.inf, gain_reduction=0.0).nearest_gain is None
+    assert Figures().least_gain_margin == math.inf
+    assert Figures(gain_margin=1.0, gain_reduction=0.5).least_gain_margin == 0.0
