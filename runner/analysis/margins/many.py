@@ -35,7 +35,6 @@ from proofmass.runner.analysis.margins.side_by_side import (
     MOVED,
     Amounts,
     LoopKind,
-    Neutral,
     OpenLoops,
     amounts,
     grows,
@@ -60,7 +59,6 @@ if TYPE_CHECKING:
 
 # Of each loop its requirements in their order, NaN if it is not stable, and its verdict.
 MarginValues = tuple[float, ...]
-_TURN = 2.0 * math.pi
 _OF_TIME = (StateBinding, BufferBinding, Time, Tick)
 _TOGETHER = 256  # sensors whose slopes are kept at a time
 _MOVES = 0.1  # part of L in a period, of a loop that starts up by motion: far above `NOTED`
@@ -74,6 +72,7 @@ class _Period:
 
     node: Endpoint
     ticks: int
+    seconds: float
     states: tuple[Entry, ...]  # between wire and wire
     places: Mapping[Entry, LastingPlace]  # of all states that have slopes
     moving: frozenset[str]
@@ -89,8 +88,6 @@ class _Pattern:
 
     at: _Period
     kind: LoopKind
-    neutral: Neutral | None
-    period: float
     start: _Period | None
 
 
@@ -153,10 +150,7 @@ class ManyMargins:
         neutral = neutral_mode(loop) if found.hidden else None
         if period is None or point.others or point.notes or len(found.hidden) != (neutral is not None):
             return None
-        turn = _TURN * system.map.period
-        gains, phases = ([turn * f for f in each] for each in (found.gain_crossovers, found.phase_crossovers))
-        kind = kind_of(neutral.left_out(loop)[0] if neutral else loop, gains, phases)
-        return _Pattern(period, kind, neutral, system.map.period, start)
+        return _Pattern(period, kind_of(loop, found, system.map.period, neutral), start)
 
     def _starting(self, node: Endpoint) -> _Period | None:
         """Return the period of a loop that starts up; None if it may answer at the start."""
@@ -189,6 +183,7 @@ class ManyMargins:
         return _Period(
             node,
             system.ticks,
+            system.map.period,
             system.map.states,
             {entry: place_of(memory, entry, NO_RINGS) for entry in whole.map.states},
             frozenset(moving),
@@ -208,10 +203,10 @@ class ManyMargins:
             }
             some = {number: begun for number, begun in some.items() if starting.get(number)}
         for rows in self._loops(pattern.at, some):
-            found, sure = rows.amounts(pattern.kind, pattern.neutral)
+            found, sure = rows.amounts(pattern.kind)
             for row, number in enumerate(rows.numbers):
                 if sure[row] and (found.stable[row] or self._at != AUTO):
-                    values[number] = _row(found, row, pattern.period)
+                    values[number] = _row(found, row, pattern.at.seconds)
         return values
 
     def _loops(self, period: _Period, sensors: "Mapping[int, _Begun]") -> Iterator["_Loops"]:
@@ -226,9 +221,11 @@ class ManyMargins:
         for several in alike.values():
             first = next(iter(several.values()))
             whole = first._replace(value=np.array([slopes.value for slopes in several.values()]))
-            ones, both = (_halves(period, slopes) for slopes in (first, whole))
-            if all(_is_of(period, half) for half in ones):
-                yield _Loops([*several], *(_of_states(_whole(half), first, period) for half in both))
+            first_half, second_half = whole.halves()
+            now = _of_states(first_half, period)
+            after = _of_states(second_half, period) if period.states else now  # what that does to no gain is nil
+            if now is not None and after is not None:
+                yield _Loops([*several], now, after)
 
     def _two_periods(
         self, period: _Period, begun: "_Begun", before: "CompiledSlopes | None"
@@ -309,36 +306,35 @@ class _Loops:
         up: list[bool] = (open_ends | moving | growing).tolist()
         return up
 
-    def amounts(self, kind: LoopKind, neutral: Neutral | None) -> tuple[Amounts, Truths]:
+    def amounts(self, kind: LoopKind) -> tuple[Amounts, Truths]:
         """Return their figures, and which of these are sure: of equal or nearly equal periods."""
-        now, known = neutral.left_out(self.now) if neutral else (self.now, np.ones(len(self.numbers), dtype=bool))
-        found = amounts(now, kind)
-        steady = self.same
+        found, steady = amounts(self.now, kind), self.same
         if not steady.all():
             before, later = (responses(loops, found.places) for loops in (self.now, self.after))
             horizon = 1.0 / np.fmax(FROZEN * found.lowest, 1.0 / LONGEST_ORBIT)
             near = np.isnan(found.places) | (np.abs(later - before) <= (_STEADY / horizon)[:, None] * np.abs(before))
             steady = steady | (near.all(axis=1) & (np.abs(found.size - 1.0) > MOVED))
-        return found, known & found.certain & steady
+        return found, found.certain & steady
 
 
 def _ends(node: Endpoint) -> Ends:
     return Ends((node,), (node,), cut=True)
 
 
-def _halves(period: _Period, slopes: TickSlopes) -> tuple[TickSlopes, TickSlopes]:
-    """Return a period and the next one; what that does to a loop without gain is nil."""
-    first, after = slopes.halves()
-    return first, after if period.states else first
+def _of_states(slopes: TickSlopes, period: _Period) -> OpenLoops | None:
+    """Return the loops of a period, with the sign of negative feedback.
 
-
-def _is_of(period: _Period, slopes: TickSlopes) -> bool:
-    """Return whether a period has one value of the wire, and its states between its ends."""
-    whole, size = _whole(slopes._replace(value=slopes.value[None]))[0] != 0.0, len(slopes.places)
-    kept = between(whole[:size, :size], whole[:size, size], whole[size, :size])
-    return int(slopes.valued.sum()) == 1 and {slopes.places[i] for i in kept} == {
-        period.places[s] for s in period.states
-    }
+    None if it has not one value of the wire, and its states between its ends.
+    """
+    if slopes.valued.sum() != 1:
+        return None
+    whole, size, places = _whole(slopes), len(slopes.places), [period.places[state] for state in period.states]
+    first = whole[0] != 0.0
+    if {slopes.places[i] for i in between(first[:size, :size], first[:size, size], first[size, :size])} != {*places}:
+        return None
+    states = [slopes.places.index(place) for place in places]
+    rows = whole[:, states]
+    return in_rows(OpenLoops(rows[:, :, states], rows[:, :, size], -whole[:, size, states], -whole[:, size, size]))
 
 
 def _whole(slopes: TickSlopes) -> Array:
@@ -352,13 +348,6 @@ def _whole(slopes: TickSlopes) -> Array:
         after[:, :, size] += maps[:, :, size]
         moved, read = after[:, :size], after[:, size:] if valued else read
     return np.concatenate([moved, read], axis=1)
-
-
-def _of_states(whole: Array, slopes: TickSlopes, period: _Period) -> OpenLoops:
-    """Return the loops of a period, with the sign of negative feedback."""
-    states, size = [slopes.places.index(period.places[state]) for state in period.states], len(slopes.places)
-    rows = whole[:, states]
-    return in_rows(OpenLoops(rows[:, :, states], rows[:, :, size], -whole[:, size, states], -whole[:, size, size]))
 
 
 def margins_alone(sensor: Plan, at: str, like: Course | None = None, over: bool = False) -> MarginValues | ModelError:

@@ -147,11 +147,9 @@ def _off_turns(number: float) -> float:
 
 def _quickly(found: Margins, system: OpenLoop) -> dict[str, float] | None:
     """Return what a loop like another one may require in floating point, None if that is not sure."""
-    loop, turn = open_loops(system), 2.0 * math.pi * system.map.period
+    loop, period = open_loops(system), system.map.period
     neutral = neutral_mode(loop) if len(system.map.states) > 1 else None
     if neutral is None:
         return None
-    left, _ = neutral.left_out(loop)
-    crossovers = ([turn * f for f in each] for each in (found.gain_crossovers, found.phase_crossovers))
-    figures = amounts(left, kind_of(left, *crossovers))
-    return figures.figures(0, system.map.period).required() if figures.certain[0] and figures.stable[0] else None
+    likely = amounts(loop, kind_of(loop, found, period, neutral))
+    return likely.figures(0, period).required() if likely.certain[0] and likely.stable[0] else None

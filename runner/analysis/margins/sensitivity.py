@@ -113,97 +113,72 @@ def by_gain(system: OpenLoop, margins: Margins) -> Callable[[str], float]:
     factor = margins.nearest_gain or 1.0
     frequency = margins.gain_margin_frequency if factor == margins.gain_margin else None
     to_decibels = 20.0 / math.log(10.0) / (factor if factor > 1.0 else -factor)
-    near = None if frequency is None else _at(system, 2.0 * math.pi * frequency)
-    by_factor = _by_factor(system, factor)
-    along, vectors = _critical(system, factor, by_factor, near)
-    moved = along * vectors(by_factor)
-
-    def slope(parameter: str) -> float:
-        by_parameter = along * vectors(closed_slope(system, factor, parameter))
-        return -by_parameter.real / moved.real * to_decibels
-
-    return slope
+    near = None if frequency is None else 2.0 * math.pi * frequency
+    by_factor, moved = _critical(system, factor, near)
+    by_gain = moved(by_factor).real
+    return lambda parameter: -moved(closed_slope(system, factor, parameter)).real / by_gain * to_decibels
 
 
 def by_turn(system: OpenLoop, margin: float) -> Callable[[str], float]:
     """Derivative of the phase margin, in degrees, of a loop with several values in a period."""
-    turn = cmath.exp(-1j * margin)
-    by_factor = _by_factor(system, turn)
-    along, vectors = _critical(system, turn, by_factor)
-    by_margin = along * vectors(-1j * turn * by_factor)
-    return lambda parameter: math.degrees(
-        -(along * vectors(closed_slope(system, turn, parameter))).real / by_margin.real
-    )
+    slopes = _by_lag(system, margin)
+    return lambda parameter: math.degrees(slopes(parameter)[0])
+
+
+def _by_lag(system: OpenLoop, lag: float, w: float | None = None) -> Callable[[str], tuple[float, float]]:
+    """Derivatives of a turn at the wire that puts a pole on the boundary, at w, and of w, by each parameter."""
+    turn, period = cmath.exp(-1j * lag), 1.0 if system.continuous else system.map.period
+    by_factor, moved = _critical(system, turn, w)
+    by_lag = moved(-1j * turn * by_factor)
+
+    def slopes(parameter: str) -> tuple[float, float]:
+        by_parameter = moved(closed_slope(system, turn, parameter))
+        change = -by_parameter.real / by_lag.real
+        return change, (by_parameter.imag + by_lag.imag * change) / period
+
+    return slopes
 
 
 def _by_phase(system: OpenLoop, margins: Margins) -> tuple[Callable[[str], float], Callable[[str], float]]:
     """Derivatives of phase margin, in degrees, and delay margin by each parameter."""
-    lags = [
-        (2.0 * math.pi * f, cmath.phase(-complex(system.response(2.0 * math.pi * f)))) for f in margins.gain_crossovers
-    ]
-    period = 1.0 if system.continuous else system.map.period
-
-    def moves(w: float, lag: float) -> Callable[[str], tuple[float, float]]:
-        turn = cmath.exp(-1j * lag)
-        by_factor = _by_factor(system, turn)
-        along, vectors = _critical(system, turn, by_factor, _at(system, w))
-        by_lag = along * vectors(-1j * turn * by_factor)
-
-        def slopes(parameter: str) -> tuple[float, float]:
-            by_parameter = along * vectors(closed_slope(system, turn, parameter))
-            change = -by_parameter.real / by_lag.real
-            return change, (by_parameter.imag + by_lag.imag * change) / period
-
-        return slopes
-
-    nearest_phase = min(lags, key=lambda pair: abs(pair[1]))
-    nearest_delay = min(lags, key=lambda pair: (pair[1] % (2.0 * math.pi)) / pair[0])
-    of_phase, of_delay = moves(*nearest_phase), moves(*nearest_delay)
-    w, lag = nearest_delay[0], nearest_delay[1] % (2.0 * math.pi)
-
-    def phase(parameter: str) -> float:
-        return math.degrees(math.copysign(1.0, nearest_phase[1]) * of_phase(parameter)[0])
+    crossovers = [2.0 * math.pi * f for f in margins.gain_crossovers]
+    lags = [(w, cmath.phase(-complex(system.response(w)))) for w in crossovers]
+    at_phase, phase = min(lags, key=lambda pair: abs(pair[1]))
+    w, lag = min(lags, key=lambda pair: (pair[1] % (2.0 * math.pi)) / pair[0])
+    of_phase, of_delay = _by_lag(system, phase, at_phase), _by_lag(system, lag, w)
 
     def delay(parameter: str) -> float:
         change, shift = of_delay(parameter)
-        return change / w - lag * shift / (w * w)
+        return change / w - lag % (2.0 * math.pi) * shift / (w * w)
 
-    return phase, delay
-
-
-def _at(system: OpenLoop, w: float) -> complex:
-    """Return the place of an angular frequency on the boundary of stability."""
-    return 1j * w if system.continuous else cmath.exp(1j * w * system.map.period)
+    return lambda parameter: math.degrees(math.copysign(1.0, phase) * of_phase(parameter)[0]), delay
 
 
 def _critical(
-    system: OpenLoop, factor: complex, by_factor: Complex, near: complex | None = None
-) -> tuple[complex, Callable[[Complex], complex]]:
-    """Return a factor that turns the boundary at its closed-loop pole upright, and the move of the
-    pole by a change.
+    system: OpenLoop, factor: complex, w: float | None = None
+) -> tuple[Complex, Callable[[Complex], complex]]:
+    """Return the derivative of the closed matrix by a factor, and the move of its critical pole by a change of it.
 
-    The pole is the one that the factor puts `near` a place. Without a place it is that of all poles
-    next to the boundary which the factor moves most: the others are hidden, as the phase of an
-    oscillation is.
+    The move is turned so that its real part leaves the boundary of stability. The pole is the one
+    that the factor puts there at an angular frequency. Without that it is that of all poles next to
+    the boundary which the factor moves most: the others are hidden, as the phase of an oscillation
+    is.
     """
+    _, b, c, d = system.matrices
+    inverse = np.linalg.inv(np.eye(len(d)) + factor * d)
+    by_factor: Complex = np.asarray(-b @ inverse @ inverse @ c, dtype=complex)
     eigen: Any = scipy.linalg.eig  # its declared type leaves out the result with both vectors
     poles, left, right = eigen(system.closed(factor), left=True, right=True)
-    if near is None:
+    if w is None:
         moved = np.abs(np.einsum("ij,ik,kj->j", left.conj(), by_factor, right) / np.sum(left.conj() * right, axis=0))
         apart = np.abs(poles.real if system.continuous else np.abs(poles) - 1.0)
         at = int(np.argmax(np.where(apart <= max(_NEXT, float(np.min(apart))), moved, -1.0)))
     else:
-        at = int(np.argmin(np.abs(poles - near)))
-    w, v = left[:, at].conj(), right[:, at]
+        place = 1j * w if system.continuous else cmath.exp(1j * w * system.map.period)
+        at = int(np.argmin(np.abs(poles - place)))
+    left_one, right_one = left[:, at].conj(), right[:, at]
     along = 1.0 + 0.0j if system.continuous else complex(poles[at]).conjugate()
-    return along, lambda change: complex(w @ change @ v / (w @ v))
-
-
-def _by_factor(system: OpenLoop, factor: complex) -> Complex:
-    """Derivative of the closed matrix by the factor at the wire."""
-    _, b, c, d = system.matrices
-    inverse = np.linalg.inv(np.eye(len(d)) + factor * d)
-    return np.asarray(-b @ inverse @ inverse @ c, dtype=complex)
+    return by_factor, lambda change: along * complex(left_one @ change @ right_one / (left_one @ right_one))
 
 
 def closed_slope(system: OpenLoop, factor: complex, parameter: str) -> Complex:

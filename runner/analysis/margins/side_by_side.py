@@ -54,30 +54,6 @@ def open_loops(system: OpenLoop) -> OpenLoops:
 
 
 @dataclass(frozen=True)
-class LoopKind:
-    """Scales of the states, and crossovers in rad in a period, that the loops of one kind share."""
-
-    scale: Array
-    gain_crossovers: tuple[float, ...]
-    phase_crossovers: tuple[float, ...]
-    integrates: bool = False  # L is infinite at rest
-
-
-def kind_of(loop: OpenLoops, gain_crossovers: Sequence[float], phase_crossovers: Sequence[float]) -> LoopKind:
-    """Return the kind of the only loop, by its crossovers in rad in a period. Where L is zero there is no limit."""
-    a, b, c, d = (part[0] for part in loop)
-    scale = balanced(_closed(loop)[0])[1]
-
-    def counts(w: float) -> bool:
-        size = abs(c @ np.linalg.solve(np.exp(1j * w) * np.eye(len(a)) - a, b) + d)
-        return bool(w < math.pi * (1.0 - 1e-9) and 1.0 / LARGEST_FACTOR < size < LARGEST_FACTOR)
-
-    sizes = np.linalg.svd((_scaled(loop, scale).a - np.eye(len(a)))[0], compute_uv=False)
-    integrates = bool(len(a) and sizes[-1] <= _NO_MODE * sizes[0])
-    return LoopKind(scale, tuple(gain_crossovers), tuple(filter(counts, phase_crossovers)), integrates)
-
-
-@dataclass(frozen=True)
 class Neutral:
     """A mode at 1 that no gain moves, such as the phase of an oscillation: it is not seen, or not reached."""
 
@@ -108,6 +84,33 @@ def neutral_mode(loop: OpenLoops) -> Neutral | None:
     scale = balanced(_closed(loop)[0])[1]
     modes = (Neutral(scale, seen) for seen in (False, True))
     return next((mode for mode in modes if mode.left_out(loop)[1].all()), None)
+
+
+@dataclass(frozen=True)
+class LoopKind:
+    """Scales of the states, and crossovers in rad in a period, that the loops of one kind share."""
+
+    scale: Array
+    gain_crossovers: tuple[float, ...]
+    phase_crossovers: tuple[float, ...]
+    integrates: bool = False  # L is infinite at rest
+    neutral: Neutral | None = None  # is left out
+
+
+def kind_of(loop: OpenLoops, figures: Figures, period: float, neutral: Neutral | None = None) -> LoopKind:
+    """Return the kind of the only loop, by its crossovers. Where L is zero there is no limit."""
+    loop = neutral.left_out(loop)[0] if neutral else loop
+    a, b, c, d = (part[0] for part in loop)
+    scale, turn = balanced(_closed(loop)[0])[1], 2.0 * math.pi * period
+
+    def counts(w: float) -> bool:
+        size = abs(c @ np.linalg.solve(np.exp(1j * w) * np.eye(len(a)) - a, b) + d)
+        return bool(w < math.pi * (1.0 - 1e-9) and 1.0 / LARGEST_FACTOR < size < LARGEST_FACTOR)
+
+    gains, phases = ([turn * f for f in each] for each in (figures.gain_crossovers, figures.phase_crossovers))
+    sizes = np.linalg.svd((_scaled(loop, scale).a - np.eye(len(a)))[0], compute_uv=False)
+    integrates = bool(len(a) and sizes[-1] <= _NO_MODE * sizes[0])
+    return LoopKind(scale, tuple(gains), tuple(filter(counts, phases)), integrates, neutral)
 
 
 def grows(loops: OpenLoops, beyond: float = _NEAR) -> Truths:
@@ -145,18 +148,23 @@ class Amounts(NamedTuple):
 
     def figures(self, row: int, period: float) -> Figures:
         """Return the figures of a stable loop."""
-        names = "gain_margin", "gain_reduction", "phase_margin", "delay_margin", "sensitivity_peak"
-        values = {name: float(getattr(self, name)[row]) for name in names}
-        return Figures(**values | {"delay_margin": values["delay_margin"] * period})
+        return Figures(
+            gain_margin=float(self.gain_margin[row]),
+            gain_reduction=float(self.gain_reduction[row]),
+            phase_margin=float(self.phase_margin[row]),
+            delay_margin=float(self.delay_margin[row]) * period,
+            sensitivity_peak=float(self.sensitivity_peak[row]),
+        )
 
 
 def amounts(loops: OpenLoops, kind: LoopKind) -> Amounts:
     """Return the figures of loops of a kind."""
+    loops, known = kind.neutral.left_out(loops) if kind.neutral else (loops, True)
     chain = _Chain(scaled := _scaled(loops, kind.scale), kind)
     gains, sure_of_gains = chain.crossings(lambda value: np.abs(value) - 1.0, kind.gain_crossovers)
     phases, sure_of_phases = chain.crossings(lambda value: value.imag, kind.phase_crossovers, negative=True)
     limits = np.stack([chain.size, np.abs(chain.ends[1])])
-    certain = sure_of_gains & sure_of_phases & chain.sure & (np.abs(limits - 1.0) > _NEAR).all(axis=0)
+    certain = known & sure_of_gains & sure_of_phases & chain.sure & (np.abs(limits - 1.0) > _NEAR).all(axis=0)
     sizes = np.hstack(
         [-responses(scaled, phases).real, *(np.where(end < 0.0, -end, 0.0)[:, None] for end in chain.ends)]
     )

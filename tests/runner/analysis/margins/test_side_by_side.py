@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from proofmass.runner.analysis.margins.figures import Figures
 from proofmass.runner.analysis.margins.side_by_side import Amounts, LoopKind, Neutral, OpenLoops, amounts, kind_of
 
 NEAR = {"rel": 1e-9, "abs": 1e-12}
@@ -29,6 +30,12 @@ def resonant(gains: Sequence[float], r: float, angle: float) -> OpenLoops:
     return loops(gains, [[2.0 * r * math.cos(angle), -r * r], [1.0, 0.0]], [1.0, 0.0], [0.0, 1.0])
 
 
+def crossing(*angles: Sequence[float]) -> Figures:
+    """Return gain and phase crossovers at some angles of a period of a second."""
+    gains, phases = (tuple(0.5 * w / math.pi for w in each) for each in angles)
+    return Figures(gain_crossovers=gains, phase_crossovers=phases)
+
+
 def checked(found: Amounts, row: int, **expected: float) -> None:
     for name, value in expected.items():
         assert float(getattr(found, name)[row]) == pytest.approx(value, **NEAR), name
@@ -48,8 +55,8 @@ def test_an_integrator() -> None:
 def test_an_integrator_and_a_delay() -> None:
     """k z^-1 / (z - 1): the phase is -90 deg less 3 / 2 of the angle, so -180 deg at 60 deg, where |L| = k."""
     one = OpenLoops(*(part[:1] for part in delayed(GAINS)))
-    kind = kind_of(one, [2.0 * math.asin(0.5 * GAINS[0])], [math.pi / 3.0, math.pi])
-    assert kind.phase_crossovers == (math.pi / 3.0,), "no limit at half the rate, where L is above zero"
+    kind = kind_of(one, crossing([2.0 * math.asin(0.5 * GAINS[0])], [math.pi / 3.0, math.pi]), 1.0)
+    assert kind.phase_crossovers == pytest.approx((math.pi / 3.0,)), "no limit at half the rate, where L is above zero"
     assert kind.scale[0] < 1e-3 * kind.scale[1]
     found = amounts(delayed(GAINS), kind)
     assert found.certain.all()
@@ -94,7 +101,7 @@ def test_a_phase_crossover_of_nothing_is_no_limit() -> None:
     """Of |L| below 1e-9 nobody counts the gain margin."""
     small = 1e-10
     place = math.acos(R * math.cos(ANGLE))
-    kind = kind_of(resonant([small], R, ANGLE), [], [place])
+    kind = kind_of(resonant([small], R, ANGLE), crossing([], [place]), 1.0)
     assert kind.phase_crossovers == ()
     found = amounts(resonant([small, 1e-2], R, ANGLE), kind)
     assert found.certain.tolist() == [True, False]
@@ -106,7 +113,7 @@ def test_an_integrator_beside_a_way_through() -> None:
     gains, d = [0.8, 0.7, 3.0], 0.3
     own = loops(gains, [[1.0]], [1.0], [1.0])._replace(d=np.full(3, d))
     places = [2.0 * math.asin(0.5 * k / math.sqrt(1.0 - d * d + d * k)) if k < 1.0 else math.nan for k in gains]
-    kind = kind_of(OpenLoops(*(part[:1] for part in own)), places[:1], [math.pi])
+    kind = kind_of(OpenLoops(*(part[:1] for part in own)), crossing(places[:1], [math.pi]), 1.0)
     found = amounts(own, kind)
     assert found.stable.tolist() == [True, True, False]
     assert found.certain.tolist() == [True, True, False]
