@@ -158,8 +158,6 @@ def margins_of(system: OpenLoop, loop: str, open_at: str) -> Margins:
 
 def margins_at(system: OpenLoop, loop: str, open_at: str) -> Margins:
     """All margins of an open loop at its operating point."""
-    sampled, period = not system.continuous, system.map.period
-    hidden: tuple[Mode, ...] = ()
     single, quotient = system.single(), system.quotient
     if single is None or quotient is None:
         system, verdict, poles, hidden = lifted_modes.seen(system)
@@ -167,13 +165,9 @@ def margins_at(system: OpenLoop, loop: str, open_at: str) -> Margins:
         if verdict == "stable":
             system, figures = over_stretches(system, figures)
     else:
-        closed = np.real(system.closed())
-        visible = seen(
-            quotient, system.matrices[:3], closed, system.map.states, sampled, system.variation, system.ticks
-        )
-        verdict, poles, hidden = visible.verdict, visible.poles, visible.hidden
-        axis = scalar.axis_of(visible.transfer, sampled, [pole.value for pole in poles])
-        figures = scalar.figures_of(axis, period, verdict == "stable")
+        visible, verdict, poles, hidden = seen(system, quotient)
+        axis = scalar.axis_of(visible, not system.continuous, [pole.value for pole in poles])
+        figures = scalar.figures_of(axis, system.map.period, verdict == "stable")
         if system.per_period > 1 and verdict == "stable":
             figures = replace(figures, delay_margin=delay_margin(system, figures.gain_crossovers))
         poles_apart = [mode.pole for mode in hidden for _ in range(mode.times)]
@@ -185,7 +179,7 @@ def margins_at(system: OpenLoop, loop: str, open_at: str) -> Margins:
         verdict=verdict,
         slowest=poles,
         hidden=hidden,
-        period=period,
+        period=system.map.period,
         sample=system.sample,
         system=system,
     )

@@ -21,10 +21,10 @@ import numpy as np
 
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.lasting import holders
-from proofmass.runner.analysis.linearisation.poles import Pole, Variation, Verdict, judge, together
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.poles import Pole, Verdict, judge, together
 from proofmass.runner.analysis.linearisation.rational import Transfer, coprime, roots
 from proofmass.runner.analysis.linearisation.real_roots import Polynomial
-from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.host.arrays import Array
 
 
@@ -50,38 +50,17 @@ class Mode:
         return f"{article} {kind} that the loop does not see{often}: {', '.join(self.blocks)}"
 
 
-@dataclass(frozen=True)
-class Seen:
-    """The visible part of a loop: its quotient and closed-loop poles, slowest first; and the hidden modes."""
-
-    transfer: Transfer
-    verdict: Verdict
-    poles: tuple[Pole, ...]
-    hidden: tuple[Mode, ...]
-
-
-def seen(
-    whole: Transfer,
-    opened: tuple[Array, Array, Array],
-    closed: Array,
-    states: Sequence[Entry],
-    sampled: bool,
-    variation: Variation | None = None,
-    ticks: int = 1,
-) -> Seen:
-    """Take hidden modes out of the quotient of a loop, opened with A, B and C, and judge its closed-loop poles.
-
-    `variation` is that from one period to the next at the operating point; None where there is
-    none. `ticks` is how many ticks a period has.
-    """
-    numerator, denominator, common = coprime(whole.numerator, whole.denominator)
+def seen(system: OpenLoop, quotient: Transfer) -> tuple[Transfer, Verdict, tuple[Pole, ...], tuple[Mode, ...]]:
+    """Return the visible part of a loop, its verdict, its closed-loop poles, the slowest first, and hidden modes."""
+    sampled = not system.continuous
+    numerator, denominator, common = coprime(quotient.numerator, quotient.denominator)
     unseen = [root for root in roots(common, sampled) if not (sampled and root.is_zero())]
-    every = judge([*unseen, *roots(numerator + denominator, sampled)], closed, sampled, variation, ticks)
-    hidden, visible = every[: len(unseen)], every[len(unseen) :]
+    every = [*unseen, *roots(numerator + denominator, sampled)]
+    known = judge(every, np.real(system.closed()), sampled, system.variation, system.ticks)
+    hidden, visible = known[: len(unseen)], known[len(unseen) :]
     numerator, denominator, neutral = _without_shared(numerator, denominator, visible, sampled)
     verdict, poles = together(pole for pole in visible if not any(pole is other for other in neutral))
-    modes = tuple(_modes([*hidden, *neutral], opened, states, sampled))
-    return Seen(Transfer(numerator, denominator), verdict, poles, modes)
+    return Transfer(numerator, denominator), verdict, poles, tuple(_modes([*hidden, *neutral], system))
 
 
 def _without_shared(
@@ -109,14 +88,12 @@ def _without_shared(
     return (first * below).numer(), (second * below).numer(), neutral
 
 
-def _modes(
-    hidden: Sequence[Pole], opened: tuple[Array, Array, Array], states: Sequence[Entry], sampled: bool
-) -> Iterable[Mode]:
+def _modes(hidden: Sequence[Pole], system: OpenLoop) -> Iterable[Mode]:
     """Hidden modes that do not decay, each once, a pair as one."""
     lasting = sorted((p for p in hidden if p.verdict != "stable" and p.value.imag >= 0.0), key=lambda p: p.distance)
     for pole in dict.fromkeys(lasting):
         times = lasting.count(pole)
-        yield Mode(pole, times, _blocks_of(pole, opened, states, times), sampled)
+        yield Mode(pole, times, _blocks_of(pole, system, times), not system.continuous)
 
 
 def _without(polynomial: Polynomial, zeros: Sequence[Any]) -> Any:
@@ -142,21 +119,19 @@ def _fraction(ball: Any) -> Any:
     return flint.fmpq(mantissa * 2**exponent, 1) if exponent >= 0 else flint.fmpq(mantissa, 2 ** int(-exponent))
 
 
-def _blocks_of(
-    pole: Pole, system: tuple[Array, Array, Array], states: Sequence[Entry], multiplicity: int
-) -> tuple[str, ...]:
+def _blocks_of(pole: Pole, system: OpenLoop, multiplicity: int) -> tuple[str, ...]:
     """Blocks that move in a hidden mode, those that move most first.
 
     Such a mode moves without being seen, or is not reached: vectors x with (A - p)^m x = 0 and C
     (A - p)^k x = 0, or the same of the transposed system (Popov, Belevitch and Hautus; Kailath,
     Linear Systems, 6.2).
     """
-    a, b, c = system
+    a, b, c, _ = system.matrices
     alike, scale = balanced(a)
     parts = _unseen(alike, c * scale, pole, multiplicity)
     if not parts.any():
         parts = _unseen(alike.T, (b / scale[:, None]).T, pole, multiplicity)
-    return holders(parts, [entry[0] for entry in states]) if parts.any() else ()
+    return holders(parts, [entry[0] for entry in system.map.states]) if parts.any() else ()
 
 
 def _unseen(a: Array, c: Array, pole: Pole, multiplicity: int) -> Array:

@@ -106,14 +106,13 @@ def test_a_grid_and_certified_roots_agree(number: int) -> None:
     system = random_system(number)
     quotient = system.quotient
     assert quotient is not None
-    closed = np.real(system.closed())
-    visible = seen(quotient, system.matrices[:3], closed, system.map.states, True, system.variation, system.ticks)
-    certified = CertifiedAxis(visible.transfer, True)
+    visible, verdict, poles, _ = seen(system, quotient)
+    certified = CertifiedAxis(visible, True)
     at_rest = certified.rest()
     if at_rest is not None and abs(at_rest.size - 1.0) < 1e-6:
         return
-    swept = SweptAxis(visible.transfer, [pole.value for pole in visible.poles])
-    stable = visible.verdict == "stable"
+    swept = SweptAxis(visible, [pole.value for pole in poles])
+    stable = verdict == "stable"
     agree(figures_of(certified, 1.0, stable), figures_of(swept, 1.0, stable))
 
 

@@ -6,6 +6,8 @@ import flint
 import numpy as np
 import pytest
 
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.poles import Pole, Variation
 from proofmass.runner.analysis.linearisation.rational import Transfer, roots
 from proofmass.runner.analysis.margins.modes import _unseen, seen
@@ -28,16 +30,17 @@ def test_pairs_and_single_zeros_next_to_each_other(above: Any, below: Any) -> No
     entries = [int(c) / int(closed[4]) for c in closed.coeffs()]
     companion = np.vstack([np.eye(len(entries) - 1)[1:], [-c for c in entries[:-1]]])
     part = np.zeros((len(companion), 1))
-    opened = companion, part, part.T
+    matrix = np.block([[companion, part, part], [part.T, np.zeros((1, 2))]])
     variation = Variation(np.full_like(companion, 1e-6), np.zeros(1, dtype=complex), np.zeros(1))
-    states = [("x", "s", i) for i in range(4)]
-    found = seen(Transfer(numerator, denominator), opened, companion, states, True, variation)
-    ends = found.transfer.numerator, found.transfer.denominator
+    states, wire = tuple(("x", "s", i) for i in range(4)), (("x", "y", 0),)
+    system = OpenLoop(PeriodMap(states, wire, wire, matrix, {}, 1.0), variation=variation)
+    transfer, verdict, _, _ = seen(system, Transfer(numerator, denominator))
+    ends = transfer.numerator, transfer.denominator
     left = [sorted(complex(root).real for root in roots(end)) for end in ends]
     assert left[0] == pytest.approx([0.9], abs=1e-9)
     assert left[1] == pytest.approx([0.5, 0.75], abs=1e-9)
-    assert found.verdict == "stable"
-    value = _value(found.transfer.numerator) / _value(found.transfer.denominator)
+    assert verdict == "stable"
+    value = _value(transfer.numerator) / _value(transfer.denominator)
     assert float(value) == pytest.approx((0.25 - 0.9) / (8.0 * (0.25 - 0.5) * (0.25 - 0.75)), rel=1e-9)
 
 
