@@ -89,15 +89,10 @@ def lowest_between(function: RealCurve, low: Array, middle: Array, high: Array) 
         x = np.where((vertex > a) & (vertex < c) & (step % 3 != 2), vertex, golden)
         x = np.where(wide, x, b)
         f = np.where(wide, function(x), fb)
-        lower, right = f < fb, x > b
-        a, fa = (
-            np.where(lower & right, b, np.where(~lower & ~right & wide, x, a)),
-            np.where(lower & right, fb, np.where(~lower & ~right & wide, f, fa)),
-        )
-        c, fc = (
-            np.where(lower & ~right, b, np.where(~lower & right & wide, x, c)),
-            np.where(lower & ~right, fb, np.where(~lower & right & wide, f, fc)),
-        )
+        lower = f < fb
+        end, f_end, is_left = np.where(lower, b, x), np.where(lower, fb, f), lower == (x > b)
+        a, fa = np.where(wide & is_left, end, a), np.where(wide & is_left, f_end, fa)
+        c, fc = np.where(wide & ~is_left, end, c), np.where(wide & ~is_left, f_end, fc)
         b, fb = np.where(lower, x, b), np.where(lower, f, fb)
     return b, fb
 

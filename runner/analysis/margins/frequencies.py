@@ -49,16 +49,22 @@ def sweep(system: OpenLoop) -> Array:
             centre = abs(log.imag) + 2.0 * math.pi * turn
             width = max(abs(log.real), 1e-9 * abs(log), _NARROWEST if turn else 0.0)
             points.append((centre + width * ABOUT_A_POLE) / period)
-    w = np.unique(np.concatenate(points))
-    w = w[(w >= lowest) & (w <= last)]
     on_boundary = logs[np.abs(logs.real) < 1e-9 * np.abs(logs) + 1e-15].imag
-    w = w[_distances(w, on_boundary / period) > 1e-9 * w]  # from where L is infinite
+    w = in_order(points, lowest, last, on_boundary / period)
     if system.per_period == 1:
         return w
     turned = 2.0 * math.pi * np.arange(1, system.per_period)
     lines = np.add.outer([*on_boundary, *-on_boundary], turned).ravel()
     far: Array = w[_distances(w, lines / period) > _NARROWEST / period]  # from where rounding couples modes of no loop
     return far
+
+
+def in_order(points: Sequence[Array], lowest: float, last: float, poles: Array, near: float = 1e-9) -> Array:
+    """Return places in order between two, none within a part of itself from a pole, where L is infinite."""
+    w = np.unique(np.concatenate(points))
+    w = w[(w >= lowest) & (w <= last)]
+    apart: Array = w[_distances(w, poles) > near * w]
+    return apart
 
 
 def _distances(w: Array, places: Array) -> Array:

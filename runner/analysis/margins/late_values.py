@@ -18,7 +18,7 @@ import math
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.margins.frequencies import ABOUT_A_POLE
+from proofmass.runner.analysis.margins.frequencies import ABOUT_A_POLE, in_order
 from proofmass.runner.host.arrays import AnyArray, Array, Complex
 
 CircleCrossing = tuple[float, float, float]  # turn at the wire, angle of the pole in the upper half, and its way
@@ -105,8 +105,6 @@ def _angles(poles: Complex) -> Array:
     apart = np.abs(logs)[np.abs(logs) > _LOWEST**2]
     lowest = _LOWEST * min(1.0, float(np.min(apart, initial=1.0)))
     near = [abs(log.imag) + max(abs(log.real), 1e-9 * abs(log)) * ABOUT_A_POLE for log in logs]
-    even = np.linspace(0.0, math.pi, _ANGLES)
-    angles = np.unique(np.concatenate([even, np.geomspace(lowest, math.pi, _ANGLES), *near]))
-    angles = angles[(angles >= lowest) & (angles <= math.pi)]
+    points = [np.linspace(0.0, math.pi, _ANGLES), np.geomspace(lowest, math.pi, _ANGLES), *near]
     on_circle = np.abs(logs[np.abs(logs.real) < 1e-9 * np.abs(logs) + 1e-15].imag)
-    return np.asarray(angles[np.min(np.abs(np.subtract.outer(angles, [*on_circle, -1.0])), axis=1) > 1e-9 * angles])
+    return in_order(points, lowest, math.pi, on_circle)

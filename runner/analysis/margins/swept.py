@@ -17,7 +17,14 @@ import numpy as np
 from proofmass.runner.analysis.linearisation.on_circle import OnCircle, zeros
 from proofmass.runner.analysis.linearisation.rational import Transfer, roots
 from proofmass.runner.analysis.margins.axis import Crossing, poles_outside, real_crossing
-from proofmass.runner.analysis.margins.frequencies import ABOUT_A_POLE, RealFunction, Samples, crossings, highest
+from proofmass.runner.analysis.margins.frequencies import (
+    ABOUT_A_POLE,
+    RealFunction,
+    Samples,
+    crossings,
+    highest,
+    in_order,
+)
 from proofmass.runner.host.arrays import Array, Complex
 
 _A_TURN = 16  # points of the grid in each turn of the longest delay
@@ -143,9 +150,5 @@ class SweptAxis:
         ]
         for log in logs[np.abs(logs.real) < _SHARP * step]:
             points.append(log.imag + max(abs(log.real), 1e-9 * abs(log)) * ABOUT_A_POLE)
-        w = np.unique(np.concatenate(points))
-        w = w[(w >= lowest) & (w <= math.pi)]
         on_circle = logs[np.abs(logs.real) < 1e-9 * np.abs(logs)].imag
-        if len(on_circle):
-            w = w[np.min(np.abs(w[:, None] - on_circle) / w[:, None], axis=1) > _ON_POLE]
-        return np.asarray(w)
+        return in_order(points, lowest, math.pi, on_circle, _ON_POLE)
