@@ -114,8 +114,7 @@ class ManyMargins:
         begun = [_Begun(course, next(settled, None) if course.like else None) for course in courses]
         columns = [self._fast(pattern, begun) for pattern in self._patterns]
         for number, sensor in enumerate(sensors):
-            rows = [column[number] for column in columns]
-            known = [row for row in rows if row is not None]
+            known = [column[number] for column in columns if number in column]
             if known and len(known) == len(self._nodes):
                 yield tuple(value for row in known for value in row)
             else:
@@ -165,7 +164,7 @@ class ManyMargins:
         loops = _Loops([0], *map(open_loops, [there, *map(OpenLoop, of_states), there][:2]))
         motion = float(loops.motion[0]) if there.map.starting else 0.0
         period = replace(period, motion=motion if motion >= _MOVES else 0.0)
-        return period if loops.start_up(period)[0] else None
+        return period if loops.start_up(period) else None
 
     def _counts(self, names: Iterable[str]) -> bool:
         """Return whether states of some blocks have whole numbers."""
@@ -192,16 +191,12 @@ class ManyMargins:
             about.at == SETTLED,
         )
 
-    def _fast(self, pattern: _Pattern, sensors: "Sequence[_Begun]") -> list[MarginValues | None]:
-        """Return the margins of the sensors at one wire, None for those to be certified."""
-        values: list[MarginValues | None] = [None] * len(sensors)
-        some = dict(enumerate(sensors))
+    def _fast(self, pattern: _Pattern, sensors: "Sequence[_Begun]") -> dict[int, MarginValues]:
+        """Return the margins of the sensors at one wire, but of those to be certified."""
+        some, values = dict(enumerate(sensors)), dict[int, MarginValues]()
         if pattern.start is not None:
             several = self._loops(pattern.start, some)
-            starting = {
-                n: up for rows in several for n, up in zip(rows.numbers, rows.start_up(pattern.start), strict=True)
-            }
-            some = {number: begun for number, begun in some.items() if starting.get(number)}
+            some = {number: some[number] for rows in several for number in rows.start_up(pattern.start)}
         for rows in self._loops(pattern.at, some):
             found, sure = rows.amounts(pattern.kind)
             for row, number in enumerate(rows.numbers):
@@ -298,13 +293,12 @@ class _Loops:
         change = np.abs(responses(self.now, w) - responses(self.after, w))
         return np.asarray(np.max(change / np.maximum(np.maximum(now, after), 1e-300), axis=1))
 
-    def start_up(self, period: _Period) -> list[bool]:
+    def start_up(self, period: _Period) -> list[int]:
         """Return which of them grow beyond doubt, have no gain, or move about as much as the first that starts up."""
         open_ends = (self.now.d == 0.0) & (self.now.b.shape[1] == 0)
         moving = (self.motion >= 0.5 * period.motion) & (period.motion > 0.0)
         growing = np.where(self.same, grows(self.now), grows(self.now, MOVED))
-        up: list[bool] = (open_ends | moving | growing).tolist()
-        return up
+        return [self.numbers[row] for row in np.flatnonzero(open_ends | moving | growing).tolist()]
 
     def amounts(self, kind: LoopKind) -> tuple[Amounts, Truths]:
         """Return their figures, and which of these are sure: of equal or nearly equal periods."""

@@ -84,7 +84,9 @@ def second_opinion(margins: Margins) -> SecondOpinion:
         return SecondOpinion(loop, stable, differences=verdict)
     quotient = margins.system.quotient
     many = quotient is not None and states > LARGEST_CERTIFIED and not margins.system.continuous
-    gains, phases = _crossovers(_transfer(quotient, margins) if quotient and many else system, margins)
+    gains, phases = _crossovers(
+        control, _transfer(control, quotient, margins) if quotient and many else system, margins
+    )
     gain = min((abs(20.0 * math.log10(factor)) for factor in gains), default=None)
     phase = min(map(abs, phases), default=None)
     our_gain = margins.least_gain_margin if margins.nearest_gain else None
@@ -101,11 +103,8 @@ def second_opinion(margins: Margins) -> SecondOpinion:
     )
 
 
-def _transfer(quotient: Transfer, margins: Margins) -> Any:
+def _transfer(control: Any, quotient: Transfer, margins: Margins) -> Any:
     """Return a loop of many states by its coefficients: its state space takes seconds."""
-    # start-up time: control takes 0.9 s
-    import control
-
     unit = int(quotient.denominator[quotient.denominator.degree()])
     parts = [
         [int(value) / unit for value in part.coeffs()[::-1]] for part in (quotient.numerator, quotient.denominator)
@@ -127,10 +126,12 @@ def _stable(poles: Any, margins: Margins) -> bool:
     return all(pole.real < 0.0 if margins.system.continuous else abs(pole) < 1.0 for pole in left)
 
 
-def _crossovers(system: Any, margins: Margins) -> tuple[list[float], list[float]]:
+def _crossovers(control: Any, system: Any, margins: Margins) -> tuple[list[float], list[float]]:
     """Return the factors and the degrees at all crossovers: those of a search, and ours where it crosses too."""
-    top = math.pi / system.dt if system.dt else math.inf
-    gains, phases = _searched(system, _grid(system, margins))
+    top, grid = math.pi / system.dt if system.dt else math.inf, _grid(system, margins)
+    response = control.frequency_response(system, grid, squeeze=True)
+    data = (response.magnitude, np.degrees(response.phase), grid)
+    gains, phases, *_ = control.stability_margins(data, returnall=True)
     crossings = [2.0 * math.pi * f for f in margins.phase_crossovers if math.isfinite(f)]
     values = _response(system, [0.0, *crossings, *([top] if system.dt else [])])
     values += [] if system.dt else [complex(system.D[0, 0])]
@@ -138,17 +139,6 @@ def _crossovers(system: Any, margins: Margins) -> tuple[list[float], list[float]
     values = _response(system, [2.0 * math.pi * f for f in margins.gain_crossovers])
     degrees = [math.degrees(np.angle(-v)) for v in values if abs(abs(v) - 1.0) <= _ROUNDING]
     return [*gains, *factors], [*phases, *degrees]
-
-
-def _searched(system: Any, grid: Array) -> tuple[Array, Array]:
-    """Return factors and degrees that `stability_margins` finds on a grid."""
-    # start-up time: control takes 0.9 s
-    import control
-
-    response: Any = control.frequency_response(system, grid, squeeze=True)
-    data = (response.magnitude, np.degrees(response.phase), grid)
-    gains, phases, *_ = control.stability_margins(data, returnall=True)
-    return gains, phases
 
 
 def _response(system: Any, frequencies: list[float]) -> list[complex]:
