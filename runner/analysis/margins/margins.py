@@ -20,6 +20,7 @@ matters, no single L exists: `lifted`.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,6 +31,7 @@ from proofmass.graphs.model.loops import PEAKS, REQUIREMENTS
 from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole, Verdict
+from proofmass.runner.analysis.linearisation.rounded import NEAR, known_note, moved_maps, nearest_mode
 from proofmass.runner.analysis.margins import lifted, lifted_modes, scalar
 from proofmass.runner.analysis.margins.delays import delay_margin
 from proofmass.runner.analysis.margins.figures import Figures, decibels
@@ -42,6 +44,8 @@ from proofmass.runner.output.json_text import finite
 
 if TYPE_CHECKING:
     import pandas
+
+_LARGEST = 64  # states of which the open loop's poles are looked at where rounding may move them
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -183,6 +187,26 @@ def margins_at(system: OpenLoop, loop: str, open_at: str) -> Margins:
         sample=system.sample,
         system=system,
     )
+
+
+def with_rounding(found: Margins) -> Margins:
+    """Return the margins of a loop, with a note on how well they are known where that is less than what is shown."""
+    system = found.system
+    small = len(system.map.states) <= _LARGEST and system.map.ticks is None
+    opened = np.linalg.eigvals(system.matrices[0]) if small and not system.continuous else ()
+    apart = math.inf if system.continuous else nearest_mode(np.array([*found.poles, *opened], dtype=complex))
+    if not apart < NEAR:
+        return found
+    others = (replace(system, map=other) for other in moved_maps(system.map))
+    moved = (_rounded(margins_at(other, found.loop, found.open_at)) for other in others)
+    note = known_note(_rounded(found), moved, apart)
+    return replace(found, system=system.noted(note)) if note else found
+
+
+def _rounded(of: Margins) -> list[float | None]:
+    """Return the figures that rounding moves."""
+    limits = of.gain_margin, of.gain_reduction, of.phase_margin, of.delay_margin
+    return [of.slowest[0].distance, *limits, *chain(*of.stable_gains)]
 
 
 def least_of(instants: Sequence[Margins]) -> Margins:

@@ -114,30 +114,18 @@ def _draw_bode(
     at, level = at[level > bottom], level[level > bottom]  # not those in a notch below the picture
     if len(at):
         magnitude.plot(at, level, marker="s", markersize=4, label="L < 0", **point)
-    if margins.nearest_gain and (place := _gain_margin_at(margins, margins.nearest_gain)):
-        level = -20.0 * math.log10(margins.nearest_gain)
+    factor, lag = margins.nearest_gain, margins.phase_margin
+    phases = np.abs(margins.gain_crossover_phases).tolist()
+    if factor and (place := _crossover(margins.phase_crossovers, margins.phase_crossover_gains, 1.0 / factor)):
+        level = -20.0 * math.log10(factor)
         _distance(magnitude, place, 0.0, level, f"{margins.least_gain_margin:.1f} dB", "left")
-    if margins.phase_margin and (place := _phase_margin_at(margins)):
+    if lag and (place := _crossover(margins.gain_crossovers, phases, lag)):
         value = float(np.interp(place, hertz, angle))
         line = 360.0 * round((value + 180.0) / 360.0) - 180.0
-        _distance(phase, place, line, value, f"{math.degrees(margins.phase_margin):.1f}°", "right")
+        _distance(phase, place, line, value, f"{math.degrees(lag):.1f}°", "right")
     for panel in (magnitude, phase):
         if panel.get_legend_handles_labels()[0]:
             panel.legend(loc="best")
-
-
-def _gain_margin_at(margins: Margins, factor: float) -> float | None:
-    """Return the frequency of a limit of the gain; by the factor alone, that of a crossover."""
-    if factor == margins.gain_margin and margins.gain_margin_frequency:
-        return None if math.isinf(margins.gain_margin_frequency) else margins.gain_margin_frequency
-    return _crossover(margins.phase_crossovers, margins.phase_crossover_gains, 1.0 / factor)
-
-
-def _phase_margin_at(margins: Margins) -> float | None:
-    """Return the frequency of the phase margin, as that of the gain margin."""
-    if margins.phase_margin is None or margins.phase_margin_frequency:
-        return margins.phase_margin_frequency
-    return _crossover(margins.gain_crossovers, np.abs(margins.gain_crossover_phases).tolist(), margins.phase_margin)
 
 
 def _crossover(frequencies: Sequence[float], values: Sequence[float], wanted: float) -> float | None:

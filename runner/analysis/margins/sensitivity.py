@@ -88,23 +88,20 @@ def margin_sensitivities(planned: Plan, margins: Margins, system: OpenLoop) -> l
     """Gain, phase and delay margin of a loop; `system` is its open loop with the derivatives by parameters."""
     if system.map.others and system.per_period == 1:  # derivatives are those at the operating point
         margins = margins_at(system, margins.loop, margins.open_at)
-    slopes = []
+    found = []
     if margins.nearest_gain is not None:
-        slopes.append(("gain margin", "dB", by_gain(system, margins)))
+        found.append(("gain margin", "dB", margins.least_gain_margin, by_gain(system, margins)))
     if margins.phase_margin is not None and system.per_period == 1:
         phase, delay = _by_phase(system, margins)
-        slopes += [("phase margin", "deg", phase), ("delay margin", "s", delay)]
+        found.append(("phase margin", "deg", margins.value("phase_margin"), phase))
+        found.append(("delay margin", "s", margins.delay_margin or 0.0, delay))
     elif margins.phase_margin is not None:  # a delay of whole values has no slope
-        slopes.append(("phase margin", "deg", by_turn(system, margins.phase_margin)))
-    values = {
-        "gain margin": margins.least_gain_margin,
-        "phase margin": math.degrees(margins.phase_margin or 0.0),
-        "delay margin": margins.delay_margin or 0.0,
-    }
+        by_margin = by_turn(system, margins.phase_margin)
+        found.append(("phase margin", "deg", margins.value("phase_margin"), by_margin))
     undefined, parameters = system.map.undefined, system.map.slopes
     return [
-        ranked(planned, f"{margins.loop}: {n}", unit, values[n], {p: slope(p) for p in parameters}, undefined)
-        for n, unit, slope in slopes
+        ranked(planned, f"{margins.loop}: {name}", unit, value, {p: slope(p) for p in parameters}, undefined)
+        for name, unit, value, slope in found
     ]
 
 

@@ -14,9 +14,8 @@ from proofmass.runner.analysis.linearisation.linearise import loop_nodes
 from proofmass.runner.analysis.linearisation.map_blocks import coarse_blocks
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole
-from proofmass.runner.analysis.margins.margins import Margins, margins_of
+from proofmass.runner.analysis.margins.margins import Margins, margins_of, with_rounding
 from proofmass.runner.analysis.margins.over_phases import OverPhases
-from proofmass.runner.analysis.margins.rounded import with_rounding
 from proofmass.runner.analysis.margins.text import BUT_ROUNDING, but_rounding
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
