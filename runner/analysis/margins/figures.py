@@ -20,9 +20,7 @@ class Figures:
     """
 
     gain_margin: float | None = None  # factor above 1
-    gain_margin_frequency: float | None = (
-        None  # Hz, of the oscillation at the limit; None where only the factor is known
-    )
+    gain_margin_frequency: float | None = None  # Hz, of the oscillation there; None where only the factor is known
     gain_reduction: float | None = None  # factor below 1 which makes the loop unstable
     phase_margin: float | None = None  # rad
     phase_margin_frequency: float | None = None  # Hz

@@ -161,9 +161,7 @@ def crossings(samples: Samples, measure: RealFunction, most: int = MOST_CROSSOVE
         samples = samples.up_to(float(samples.w[changes[most] + 2]))
     w, values = _with_dips(samples, measure)
     size = np.abs(samples.answer(w)) if samples.values.ndim == 1 else 1.0
-    told = np.flatnonzero(
-        (np.abs(values) > _ROUNDING * size) & np.isfinite(values)
-    )  # the sign of the others is rounding
+    told = (np.abs(values) > _ROUNDING * size) & np.isfinite(values)  # the sign of the others is rounding
     w, values = w[told], values[told]
     places = np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:]))
     return list(zeros_between(_curve(samples, measure), w[places], w[places + 1], 0.0).tolist())[:most]
@@ -175,7 +173,8 @@ def highest(samples: Samples, measure: RealFunction) -> tuple[float, float]:
     best = int(np.argmax(values))
     near = values[1:-1] >= np.maximum(0.98 * values[best], np.maximum(values[:-2], values[2:]))
     inner = np.flatnonzero(near) + 1
-    at, heights = _lowest(_curve(samples, measure), w, inner, np.full(len(inner), -1.0))
+    curve = _curve(samples, measure)
+    at, heights = lowest_between(lambda v: -curve(v), w[inner - 1], w[inner], w[inner + 1])
     peaks = [(float(w[best]), float(values[best])), *zip(at.tolist(), (-heights).tolist(), strict=True)]
     return max(peaks, key=lambda pair: pair[1])
 
@@ -186,19 +185,11 @@ def _with_dips(samples: Samples, measure: RealFunction) -> tuple[Array, Array]:
     size = np.abs(values)
     inner = np.flatnonzero((size[1:-1] < size[:-2]) & (size[1:-1] < size[2:])) + 1
     inner = inner[(np.sign(values[inner - 1]) == np.sign(values[inner + 1]))]
-    added, _ = _lowest(curve, w, inner, np.sign(values[inner]))
+    added, _ = lowest_between(lambda v: np.sign(values[inner]) * curve(v), w[inner - 1], w[inner], w[inner + 1])
     joined = np.concatenate([w, added])
     order = np.argsort(joined)
     return joined[order], np.concatenate([values, curve(added)])[order]
 
 
 def _curve(samples: Samples, measure: RealFunction) -> RealCurve:
-    return lambda w: np.asarray(measure(samples.answer(w.ravel()))).reshape(w.shape)
-
-
-def _lowest(curve: RealCurve, w: Array, inner: npt.NDArray[np.intp], signs: Array) -> tuple[Array, Array]:
-    """Return places and values of the minima of a curve, times a sign, between neighbours of points of a grid."""
-    if not len(inner):
-        return np.zeros(0), np.zeros(0)
-    bracket = w[inner - 1], w[inner], w[inner + 1]
-    return lowest_between(lambda v: signs * curve(v), *bracket)
+    return lambda w: np.asarray(measure(samples.answer(w)))

@@ -34,30 +34,30 @@ def seen(system: OpenLoop) -> tuple[OpenLoop, Verdict, tuple[Pole, ...], tuple[M
 
     A pole that is nearer to the boundary of stability than growths are followed is no better known.
     """
-    visible, _, poles, hidden = _seen(system)
+    visible, poles, hidden = _left_out(system)
     followed = (replace(p, uncertainty=max(p.uncertainty, HIDDEN)) if abs(p.distance) <= HIDDEN else p for p in poles)
     return visible, *together(followed), hidden
 
 
-def _seen(system: OpenLoop) -> tuple[OpenLoop, Verdict, tuple[Pole, ...], tuple[Mode, ...]]:
+def _left_out(system: OpenLoop) -> tuple[OpenLoop, Sequence[Pole], tuple[Mode, ...]]:
+    """Return the visible part of a loop, its closed-loop poles and hidden modes."""
     closed = np.real(system.closed())
-    verdict, poles = judged(closed, not system.continuous, system.variation, system.ticks)
+    _, poles = judged(closed, not system.continuous, system.variation, system.ticks)
     marginal = [pole for pole in poles if pole.verdict == "marginal"]
     if not marginal:
-        return system, verdict, poles, ()
+        return system, poles, ()
     alike, scale = balanced(closed)
     values, left, right = _eig(alike, left=True, right=True)
-    places = _places(values, marginal)
     moved = _moved(system, left, right, scale)
-    hidden = [(pole, i) for pole, i in zip(marginal, places, strict=True) if moved[i] <= 2.0 * pole.uncertainty]
+    places = zip(marginal, _places(values, marginal), strict=True)
+    hidden = [(pole, i) for pole, i in places if moved[i] <= 2.0 * pole.uncertainty]
     rest = _without(system, alike, scale, [complex(values[i]) for _, i in hidden]) if hidden else None
     if rest is None:
-        return system, verdict, poles, ()
-    verdict, poles = together(pole for pole in poles if not any(pole is other for other, _ in hidden))
+        return system, poles, ()
     names = [entry[0] for entry in system.map.states]
     upper = [(pole, np.abs(right[:, i])) for pole, i in hidden if pole.value.imag >= 0.0]
     modes = tuple(Mode(pole, 1, holders(parts, names), True) for pole, parts in upper)
-    return rest, verdict, poles, modes
+    return rest, [pole for pole in poles if not any(pole is other for other, _ in hidden)], modes
 
 
 def _places(values: Complex, poles: Sequence[Pole]) -> list[int]:

@@ -133,11 +133,8 @@ class ManyMargins:
 
     def _pattern(self, points: OperatingPoints, node: Endpoint) -> _Pattern | None:
         about, system = points.about_loop(node)
-        period, point, found = (
-            self._period(about, system, node),
-            about.point_of(_ends(node)),
-            margins_of(system, "", ""),
-        )
+        period, point = self._period(about, system, node), about.point_of(_ends(node))
+        found = margins_of(system, "", "")
         start = None
         if self._at == AUTO and about.tick:  # each looks for its own point, first at the start
             start = self._starting(node) if about.at == SETTLED else None

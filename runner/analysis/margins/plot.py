@@ -12,7 +12,7 @@ from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity
 from proofmass.runner.analysis.margins.step import shown_step
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Complex
 from proofmass.runner.output.pictures import BLUE, GRID, INK, ORANGE, name_rows, phase_ticks, sheet
 from proofmass.runner.output.plot import envelope
 
@@ -78,13 +78,7 @@ def _title(margins: Margins) -> str:
     return f"{margins.loop}: " + ", ".join(f"{name} {value}" for name, value in parts.items() if value)
 
 
-def _draw_bode(
-    margins: Margins,
-    magnitude: "Axes",
-    phase: "Axes",
-    hertz: Array,
-    response: "np.ndarray[tuple[int], np.dtype[np.complex128]]",
-) -> None:
+def _draw_bode(margins: Margins, magnitude: "Axes", phase: "Axes", hertz: Array, response: Complex) -> None:
     size = 20.0 * np.log10(np.maximum(np.abs(response), 1e-15))
     angle = np.degrees(counted_phase(margins.system.response, 2.0 * math.pi * hertz, response))
     for panel, values in ((magnitude, size), (phase, angle)):
@@ -161,9 +155,7 @@ def _reach(margins: Margins) -> float:
     return max(_NYQUIST, _BEYOND * min(behind, default=0.0))
 
 
-def _draw_nyquist(
-    panel: "Axes", response: "np.ndarray[tuple[int], np.dtype[np.complex128]]", disk: float | None, reach: float
-) -> None:
+def _draw_nyquist(panel: "Axes", response: Complex, disk: float | None, reach: float) -> None:
     if disk is not None and disk < _WIDEST_DISK:  # L stays out of the disk whose ends on the real axis are these
         ends = -(2.0 + disk) / (2.0 - disk), -(2.0 - disk) / (2.0 + disk)
         round_it = np.exp(1j * np.linspace(0.0, 2.0 * math.pi, 200)) * (ends[1] - ends[0]) / 2.0 + sum(ends) / 2.0

@@ -91,24 +91,15 @@ def second_opinion(margins: Margins) -> SecondOpinion:
     phase = min(map(abs, phases), default=None)
     our_gain = margins.least_gain_margin if margins.nearest_gain else None
     our_phase = None if margins.phase_margin is None else math.degrees(margins.phase_margin)
-    return SecondOpinion(
-        loop,
-        stable,
-        gain,
-        phase,
-        (
-            *_difference("gain margin", gain, our_gain, "dB", _DECIBELS),
-            *_difference("phase margin", phase, our_phase, "deg", _DEGREES),
-        ),
-    )
+    of_gain = _difference("gain margin", gain, our_gain, "dB", _DECIBELS)
+    of_phase = _difference("phase margin", phase, our_phase, "deg", _DEGREES)
+    return SecondOpinion(loop, stable, gain, phase, of_gain + of_phase)
 
 
 def _transfer(control: Any, quotient: Transfer, margins: Margins) -> Any:
     """Return a loop of many states by its coefficients: its state space takes seconds."""
     unit = int(quotient.denominator[quotient.denominator.degree()])
-    parts = [
-        [int(value) / unit for value in part.coeffs()[::-1]] for part in (quotient.numerator, quotient.denominator)
-    ]
+    parts = ([int(c) / unit for c in part.coeffs()[::-1]] for part in (quotient.numerator, quotient.denominator))
     return control.TransferFunction(*parts, margins.period)
 
 
