@@ -23,6 +23,7 @@ from proofmass.graphs.model.loops import REQUIREMENTS
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps
 from proofmass.runner.analysis.margins.followed_delays import stable_delay
 from proofmass.runner.analysis.margins.many import ManyMargins
+from proofmass.runner.analysis.margins.text import margins_text
 from proofmass.runner.planning.plan import plan, varied
 from tests.by_hand.amounts import chosen
 
@@ -73,6 +74,13 @@ def test_what_ends_within_a_long_period_is_stable(gain: float) -> None:
     maps = TickMaps(ones[:, :, None], gain * ones, -ones, np.zeros(1200), {})
     expected = 0.5 * (0.5 * math.pi / math.asin(0.5 * gain) - 1.0)
     assert stable_delay(maps, 64) == pytest.approx(expected, abs=1.0)
+
+
+def test_a_loop_that_no_delay_leaves_stable_has_no_more() -> None:
+    """Gains of 1.2 and 1.4 take y to the other side; one value later z (z - 1) = -1.3 has roots of size 1.14."""
+    found = proofmass.margins(integrator((1.2, 1.4)), "main")
+    assert found.delay_margin == 0.0
+    assert "delay margin      0 s (0.00 samples)\n" in margins_text(found)
 
 
 def check_integrator(gains: tuple[float, ...]) -> None:
