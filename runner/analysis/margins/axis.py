@@ -89,13 +89,9 @@ class CertifiedAxis:
         last = self._loop.degree
         return real_crossing(self._last, self._axis.numerator[last], self._axis.denominator[last])
 
-    def sensitivity(self) -> tuple[float, float]:
-        """Return place and value of the largest |S|."""
-        return self.largest_ratio(self._axis.denominator, self._axis.closed)
-
-    def difference(self) -> tuple[float, float]:
-        """Return place and value of the largest |S - T|."""
-        return self.largest_ratio(self._axis.denominator - self._axis.numerator, self._axis.closed)
+    def largest(self, part: int) -> tuple[float, float]:
+        """Return place and value of the largest |S - part T|."""
+        return self.largest_ratio(self._axis.denominator - part * self._axis.numerator, self._axis.closed)
 
     @precision()
     def largest_ratio(self, above: Polynomial, below: Polynomial) -> tuple[float, float]:

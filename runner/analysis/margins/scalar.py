@@ -28,7 +28,7 @@ def figures_of(axis: Axis, period: float, stable: bool) -> Figures:
     hertz = 1.0 / (_TURN * time)
     gains, phases = axis.gain_crossings(), axis.phase_crossings()
     limits = _limits(axis, phases)
-    at_peak, peak = axis.sensitivity()
+    at_peak, peak = axis.largest(0)
     every = Figures(
         distance=1.0 / peak,
         gain_crossovers=tuple(c.w * hertz for c in gains),
@@ -53,7 +53,7 @@ def figures_of(axis: Axis, period: float, stable: bool) -> Figures:
         phase_margin_frequency=turn.w * hertz if turn else None,
         delay_margin=late[0] * time if late else None,
         delay_margin_frequency=late[1] * hertz if late else None,
-        disk_margin=2.0 / axis.difference()[1],
+        disk_margin=2.0 / axis.largest(1)[1],
         sensitivity_peak=peak,
         sensitivity_peak_frequency=at_peak * hertz,
         bandwidth=None if fall is None else fall * hertz,

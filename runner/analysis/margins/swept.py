@@ -19,7 +19,6 @@ from proofmass.runner.analysis.linearisation.rational import Transfer, roots
 from proofmass.runner.analysis.margins.axis import Crossing, poles_outside, real_crossing
 from proofmass.runner.analysis.margins.frequencies import (
     ABOUT_A_POLE,
-    RealFunction,
     Samples,
     crossings,
     highest,
@@ -75,13 +74,17 @@ class SweptAxis:
         """Return L at half the rate, or None if it is infinite there."""
         return real_crossing(math.pi, self._loop.numerator(-1), self._loop.denominator(-1))
 
-    def sensitivity(self) -> tuple[float, float]:
-        """Return frequency and value of the largest |S|."""
-        return self._largest(lambda values: np.abs(1.0 / (1.0 + values)))
+    def largest(self, part: int) -> tuple[float, float]:
+        """Return frequency and value of the largest |S - part T|."""
 
-    def difference(self) -> tuple[float, float]:
-        """Return frequency and value of the largest |S - T|."""
-        return self._largest(lambda values: np.abs((1.0 - values) / (1.0 + values)))
+        def measure(values: Complex) -> Array:
+            return np.asarray(np.abs((1.0 - part * values) / (1.0 + values)))
+
+        ends = [end for end in (self.rest(), self.end()) if end is not None]
+        values = np.array([-end.size if end.lag == 0.0 else end.size for end in ends], dtype=complex)
+        with np.errstate(divide="ignore"):
+            pairs = zip([end.w for end in ends], measure(values).tolist(), strict=True)
+        return max([*pairs, highest(self._samples, measure)], key=lambda pair: pair[1])
 
     def fall(self) -> float | None:
         """Return the first frequency at which |T| is 3 dB less than at rest."""
@@ -118,13 +121,6 @@ class SweptAxis:
         """Return (f N + D) / (z^k |D|), k being how often D has the root 0."""
         values, turns = self._circle.values_and_turns(w)
         return np.asarray((1.0 + factor * values) * turns)
-
-    def _largest(self, measure: RealFunction) -> tuple[float, float]:
-        ends = [(crossing.w, crossing) for crossing in (self.rest(), self.end()) if crossing is not None]
-        values = [(w, complex(-c.size if c.lag == 0.0 else c.size)) for w, c in ends]
-        with np.errstate(divide="ignore"):
-            pairs = [(w, float(measure(np.array([value]))[0])) for w, value in values]
-        return max([*pairs, highest(self._samples, measure)], key=lambda pair: pair[1])
 
     def _crossings(self, found: Sequence[float]) -> list[Crossing]:
         values = self.values(np.array(found)).tolist()

@@ -35,8 +35,8 @@ def test_an_integrator() -> None:
     assert (last.w, last.size, last.lag) == (math.pi, 0.25, 0.0)
     assert axis.end() == last
     assert axis.rest() is None
-    assert axis.sensitivity() == pytest.approx((math.pi, 1.0 / 0.75))
-    assert axis.difference() == pytest.approx((math.pi, 1.25 / 0.75))
+    assert axis.largest(0) == pytest.approx((math.pi, 1.0 / 0.75))
+    assert axis.largest(1) == pytest.approx((math.pi, 1.25 / 0.75))
     cosine = 1.0 - 0.25 / 1.0  # |T|^2 = k^2 / |z - 1 + k|^2 = 1/2, k = 1/2: 1.25 - cos w = 0.5
     assert axis.fall() == pytest.approx(math.acos(cosine), rel=1e-15)
 
@@ -59,7 +59,7 @@ def test_a_continuous_double_lag() -> None:
 
 def test_a_pole_on_the_axis_has_no_largest_value() -> None:
     """1 + L = 0 at +-j 2, of L = 3 / (s^2 + 1): the first such frequency, and an infinite peak."""
-    assert axis_of([3], [1, 0, 1], sampled=False).sensitivity() == pytest.approx((2.0, math.inf))
+    assert axis_of([3], [1, 0, 1], sampled=False).largest(0) == pytest.approx((2.0, math.inf))
 
 
 def test_a_real_loop_crosses_nothing() -> None:
