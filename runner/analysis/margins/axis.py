@@ -133,9 +133,12 @@ class CertifiedAxis:
         speed = complex(-self._loop.numerator(place) / slope)
         return (speed / complex(place) if self.sampled else speed).real / abs(speed)
 
+    @precision()
     def outside(self, factor: float) -> int:
         """Return the number of closed-loop poles that are not inside, with a factor that puts none on the boundary."""
-        return poles_outside(self._loop, factor, self.sampled)
+        top, bottom = factor.as_integer_ratio()
+        closed = top * self._loop.numerator + bottom * self._loop.denominator
+        return sum(not (abs(z) < 1 if self.sampled else z.real < 0) for z in roots(closed, self.sampled))
 
     def _crossing(self, y: Any) -> Crossing:
         value = self._value(y.sqrt())
@@ -153,14 +156,6 @@ class CertifiedAxis:
     @property
     def _last(self) -> float:
         return math.pi if self.sampled else math.inf
-
-
-@precision()
-def poles_outside(loop: Transfer, factor: float, sampled: bool) -> int:
-    """Return the number of closed-loop poles that are not inside, from all of them."""
-    top, bottom = factor.as_integer_ratio()
-    closed = top * loop.numerator + bottom * loop.denominator
-    return sum(not (abs(root) < 1 if sampled else root.real < 0) for root in roots(closed, sampled))
 
 
 @precision()

@@ -25,6 +25,7 @@ from proofmass.runner.analysis.linearisation.linearisation import Linearisation,
 from proofmass.runner.analysis.linearisation.linearise import loop_nodes
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import FROZEN, LONGEST_ORBIT, SAME
+from proofmass.runner.analysis.linearisation.poles import Verdict
 from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS, place_of
 from proofmass.runner.analysis.linearisation.settle import settled_tick
@@ -198,7 +199,8 @@ class ManyMargins:
             found, sure = rows.amounts(pattern.kind)
             for row, number in enumerate(rows.numbers):
                 if sure[row] and (found.stable[row] or self._at != AUTO):
-                    values[number] = _row(found, row, pattern.at.seconds)
+                    verdict: Verdict = "stable" if found.stable[row] else "unstable"
+                    values[number] = _values(verdict, found.figures(row, pattern.at.seconds).required())
         return values
 
     def _loops(self, period: _Period, sensors: "Mapping[int, _Begun]") -> Iterator["_Loops"]:
@@ -350,16 +352,9 @@ def margins_alone(sensor: Plan, at: str, like: Course | None = None, over: bool 
     problems = [problem for answer in found if isinstance(answer, ModelError) for problem in answer.problems]
     if problems:
         return ModelError(problems)
-    return tuple(value for each in found if isinstance(each, Margins) for value in _values(each))
+    known = ((one.verdict, {**one.required(), **one.elsewhere}) for one in found if isinstance(one, Margins))
+    return tuple(value for verdict, required in known for value in _values(verdict, required))
 
 
-def _values(found: Margins) -> MarginValues:
-    stable = (found.attained(name) if found.stable else math.nan for name in REQUIREMENTS)
-    return *stable, VERDICTS[found.verdict]
-
-
-def _row(found: Amounts, row: int, period: float) -> MarginValues:
-    """Return the margins of one of the loops."""
-    if not found.stable[row]:
-        return *(math.nan for _ in REQUIREMENTS), VERDICTS["unstable"]
-    return *found.figures(row, period).required().values(), VERDICTS["stable"]
+def _values(verdict: Verdict, required: Mapping[str, float]) -> MarginValues:
+    return *(required[name] if verdict == "stable" else math.nan for name in REQUIREMENTS), VERDICTS[verdict]

@@ -16,7 +16,7 @@ import numpy as np
 
 from proofmass.runner.analysis.linearisation.on_circle import OnCircle, zeros
 from proofmass.runner.analysis.linearisation.rational import Transfer, roots
-from proofmass.runner.analysis.margins.axis import Crossing, poles_outside, real_crossing
+from proofmass.runner.analysis.margins.axis import CertifiedAxis, Crossing, real_crossing
 from proofmass.runner.analysis.margins.frequencies import (
     ABOUT_A_POLE,
     Samples,
@@ -115,7 +115,7 @@ class SweptAxis:
             between = 0.5 * (w[wide] + w[wide + 1])
             w = np.insert(w, wide + 1, between)
             values = np.insert(values, wide + 1, self._closed(between, factor))
-        return poles_outside(self._loop, factor, True)
+        return CertifiedAxis(self._loop, True).outside(factor)
 
     def _closed(self, w: Array, factor: float) -> Complex:
         """Return (f N + D) / (z^k |D|), k being how often D has the root 0."""
