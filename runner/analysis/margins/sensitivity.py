@@ -96,8 +96,7 @@ def margin_sensitivities(planned: Plan, margins: Margins, system: OpenLoop) -> l
         found.append(("phase margin", "deg", margins.value("phase_margin"), phase))
         found.append(("delay margin", "s", margins.delay_margin or 0.0, delay))
     elif margins.phase_margin is not None:  # a delay of whole values has no slope
-        by_margin = by_turn(system, margins.phase_margin)
-        found.append(("phase margin", "deg", margins.value("phase_margin"), by_margin))
+        found.append(("phase margin", "deg", margins.value("phase_margin"), by_turn(system, margins)))
     undefined, parameters = system.map.undefined, system.map.slopes
     return [
         ranked(planned, f"{margins.loop}: {name}", unit, value, {p: slope(p) for p in parameters}, undefined)
@@ -116,9 +115,9 @@ def by_gain(system: OpenLoop, margins: Margins) -> Callable[[str], float]:
     return lambda parameter: -moved(closed_slope(system, factor, parameter)).real / by_gain * to_decibels
 
 
-def by_turn(system: OpenLoop, margin: float) -> Callable[[str], float]:
+def by_turn(system: OpenLoop, margins: Margins) -> Callable[[str], float]:
     """Derivative of the phase margin, in degrees, of a loop with several values in a period."""
-    slopes = _by_lag(system, margin)
+    slopes = _by_lag(system, margins.phase_margin or 0.0)
     return lambda parameter: math.degrees(slopes(parameter)[0])
 
 

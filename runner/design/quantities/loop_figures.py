@@ -52,7 +52,7 @@ def read_figure(margins: Margins, system: OpenLoop, figure: str, parameters: Map
     names = [name for name in parameters if name in system.map.slopes]
     slope: SlopeByParameter | None = None
     if system.per_period > 1 and figure in _LIFTED:
-        slope = _LIFTED[figure](margins, system)
+        slope = _LIFTED[figure](system, margins)
     elif system.per_period == 1 and figure in _EXACT:
         slope = _EXACT[figure](margins, _Response(system))
     if slope is not None:
@@ -196,18 +196,13 @@ _EXACT: Mapping[str, Callable[[Margins, _Response], SlopeByParameter | None]] = 
 }
 
 
-def _lifted_phase(margins: Margins, system: OpenLoop) -> SlopeByParameter:
-    assert margins.phase_margin is not None
-    return by_turn(system, margins.phase_margin)
-
-
-def _lifted_peak(margins: Margins, system: OpenLoop) -> SlopeByParameter:
+def _lifted_peak(system: OpenLoop, margins: Margins) -> SlopeByParameter:
     assert margins.sensitivity_peak_frequency is not None
     size, slope = _singular_value(system, 1.0, margins.sensitivity_peak_frequency)
     return lambda parameter: _DECIBELS * slope(parameter) / size
 
 
-def _lifted_disk(margins: Margins, system: OpenLoop) -> SlopeByParameter:
+def _lifted_disk(system: OpenLoop, margins: Margins) -> SlopeByParameter:
     at, _ = largest(system, 0.5, closed_samples(system, sweep(system)))
     size, slope = _singular_value(system, 0.5, at / (2.0 * math.pi))
     return lambda parameter: -slope(parameter) / size**2
@@ -231,10 +226,10 @@ def _singular_value(system: OpenLoop, offset: float, frequency: float) -> tuple[
     return float(sizes[0]), slope
 
 
-_LIFTED: Mapping[str, Callable[[Margins, OpenLoop], SlopeByParameter]] = {
-    "gain_margin": lambda margins, system: by_gain(system, margins),
-    "phase_margin": _lifted_phase,
-    "delay_margin": lambda margins, system: lambda parameter: 0.0,  # of whole values
+_LIFTED: Mapping[str, Callable[[OpenLoop, Margins], SlopeByParameter]] = {
+    "gain_margin": by_gain,
+    "phase_margin": by_turn,
+    "delay_margin": lambda system, margins: lambda parameter: 0.0,  # of whole values
     "sensitivity_peak": _lifted_peak,
     "disk_margin": _lifted_disk,
 }
