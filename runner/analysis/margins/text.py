@@ -107,6 +107,7 @@ def seconds_text(seconds: float) -> str:
 def _limits(margins: Margins) -> list[tuple[str, str]]:
     """Return margins, peak and bandwidth of a stable loop."""
     limits, peak_at = (margins.gain_margin, margins.gain_reduction), margins.sensitivity_peak_frequency
+    place = "" if peak_at is None else f" at {hertz_text(peak_at)}" if math.isfinite(peak_at) else _IN_THE_LIMIT
     gain = [f"{decibels(limit):+.2f} dB (x {limit:.5g})" for limit in limits if limit is not None]
     others = [("stable with", _factors(margins))] if len(margins.stable_gains) > 1 else []
     return [
@@ -115,11 +116,7 @@ def _limits(margins: Margins) -> list[tuple[str, str]]:
         ("phase margin", _or_none(margins.phase_margin, lambda v: f"{math.degrees(v):.2f} deg")),
         ("delay margin", _or_none(margins.delay_margin, lambda v: _delay(margins, v))),
         ("disk margin", _or_none(margins.disk_margin, lambda v: f"{v:.4g}")),
-        (
-            "sensitivity peak",
-            _or_none(decibels(margins.sensitivity_peak), lambda v: f"{v:.2f} dB")
-            + ("" if peak_at is None else f" at {hertz_text(peak_at)}" if math.isfinite(peak_at) else _IN_THE_LIMIT),
-        ),
+        ("sensitivity peak", _or_none(decibels(margins.sensitivity_peak), lambda v: f"{v:.2f} dB") + place),
         ("bandwidth", _or_none(margins.bandwidth, hertz_text)),
     ]
 
