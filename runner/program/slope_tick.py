@@ -257,7 +257,8 @@ def _keep(rows: Any, place: int, slopes: _Several, kept: Any, ends: Any, events:
 
     None is known where a number that has a slope was taken apart.
     """
-    first, known = 0, events.lane[UNKNOWN] if events.state[MATRICES] != SEEDED else 0.0
+    known = events.lane[UNKNOWN] if events.state[MATRICES] != SEEDED else 0.0
+    first = 0
     for k, slope in enumerate(slopes):
         for i in range(first, ends[k]):
             rows[place + i] = slope[kept[i]] + known
