@@ -238,10 +238,12 @@ def _mismatches(wire: Wire, source: tuple[Block, Port], target: tuple[Block, Por
         gain = "FixedGain" if out.dtype is FixedValue else "Gain"
         convert = f'put a {gain} with input_unit = "{got}" and output_unit = "{expected}" between'
         ends = (wire.target, taker, into, got), (wire.source, giver, out, expected)
+        ends = ends if _is_unset(taker, into) or not _is_unset(giver, out) else ends[::-1]
         convert = f"{next(filter(None, (_unit_to_set(*end) for end in ends)), '')}{convert}"
         if source_unit.exponents != target_unit.exponents:
-            same = f"{source_unit.in_base_units()} is not {target_unit.in_base_units()}"
-            yield mismatch("the units do not match", got, expected, f"{same}; {convert}")
+            told = f"{source_unit.in_base_units()} is not {target_unit.in_base_units()}; "
+            same = "" if "1" in (got, expected) else told  # a number alone needs no telling
+            yield mismatch("the units do not match", got, expected, f"{same}{convert}")
         elif not convertible(got, expected):
             yield mismatch("the units do not match", got, expected, f"one turn is 2 pi rad; {convert}")
         elif source_unit != target_unit:
@@ -261,6 +263,12 @@ def _mismatches(wire: Wire, source: tuple[Block, Port], target: tuple[Block, Por
         if given_format != wanted_format:
             hint = f'put a FixedCast with input_format = "{given_format}", output_format = "{wanted_format}" between'
             yield mismatch("the formats do not match", str(given_format), str(wanted_format), hint)
+
+
+def _is_unset(block: Block, port: Port | Parameter) -> bool:
+    """Return whether the unit of a port is that of a parameter which has its default: nobody may have meant it."""
+    declared = type(block).parameters.get(port.unit[1:-1])
+    return declared is not None and getattr(block, declared.name) == declared.default
 
 
 def _unit_to_set(signal: str, block: Block, port: Port | Parameter, wanted: str) -> str:

@@ -278,6 +278,8 @@ def test_a_modulator_has_the_same_response_whatever_number_of_values_is_averaged
     boxcar = np.mean([z**-k for k in range(1, ratio + 1)], axis=0)
     assert found.gain == pytest.approx(modulated * boxcar, rel=1e-9)
     assert found.notes == ()
+
+
 @pytest.mark.defect("C898", before="ValueError or TypeError of Python", after="must be a list of numbers")
 @pytest.mark.parametrize("given", [np.array([[1.0, 2.0]]), 5.0, np.float64(5.0), ["1 Hz"], [True], "12", [None]])
 def test_frequencies_are_a_list_of_numbers(given: Any) -> None:
