@@ -237,9 +237,9 @@ def _mismatches(wire: Wire, source: tuple[Block, Port], target: tuple[Block, Por
     else:
         gain = "FixedGain" if out.dtype is FixedValue else "Gain"
         convert = f'put a {gain} with input_unit = "{got}" and output_unit = "{expected}" between'
-        ends = (wire.target, taker, into, got), (wire.source, giver, out, expected)
-        ends = ends if _is_unset(taker, into) or not _is_unset(giver, out) else ends[::-1]
-        convert = f"{next(filter(None, (_unit_to_set(*end) for end in ends)), '')}{convert}"
+        ends = [_unit_to_set(wire.target, taker, into, got), _unit_to_set(wire.source, giver, out, expected)]
+        first = 1 if _is_unset(giver, out) and not _is_unset(taker, into) else 0
+        convert = f"{ends[first] or ends[1 - first]}{convert}"
         if source_unit.exponents != target_unit.exponents:
             told = f"{source_unit.in_base_units()} is not {target_unit.in_base_units()}; "
             same = "" if "1" in (got, expected) else told  # a number alone needs no telling

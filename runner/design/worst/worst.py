@@ -235,8 +235,9 @@ def _quantities(graph: Graph, given: Mapping[str, Mapping[str, Any]] | None) -> 
 
 
 def _loops(graph: Graph) -> list[str]:
+    planned = plan(graph)
     try:
-        return [*loops_of(plan(graph))]
+        return [*loops_of(planned)]
     except ModelError as error:
         hint = "name a quantity: --measure NAME, --noise OUTPUT, --scale-factor OUTPUT"
         raise ModelError([replace(problem, hint=problem.hint and hint) for problem in error.problems]) from error

@@ -86,6 +86,16 @@ def test_without_named_loops_those_of_the_wires_are_taken() -> None:
     assert "--measure NAME" in caught.value.problems[0].hint
 
 
+@pytest.mark.defect(
+    "H921", before="to name a quantity, where a loop had no delay", after="the cure of the graph's problem"
+)
+def test_a_graph_that_cannot_run_has_the_cure_of_its_problem() -> None:
+    closed = OPEN.replace("source.output -> gain.input", "gain.output -> gain.input")
+    with pytest.raises(ModelError, match="algebraic loop") as caught:
+        worst(read_graph_text(closed), tolerances={"gain.gain": "5 %"})
+    assert "put a UnitDelay" in caught.value.problems[0].hint
+
+
 def test_a_loop_that_gets_unstable_is_the_worst() -> None:
     found = worst(GRAPH, PHASE, tolerances={"controller.gain": [50.0, 1300.0]}, samples=10)
     assert found.cases[0].worst is None
