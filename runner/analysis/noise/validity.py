@@ -47,6 +47,8 @@ _TICKS = 512  # base ticks of a run with noise, or one period
 _INSTANTS, _MAPPED = 8, 64  # maps along it, and base ticks of them, or one period
 _MORE = 4  # times as many of both where some map is another
 _ANOTHER = 1e-3  # part of the mean square that says so
+_LARGE = "noise is not small here: along a run with noise"
+_SHOWN = "; a study of many runs says what the rms is"
 _APART = 0.3  # of the rms: what a converter does that is full in 9 % of the ticks, with an rms that is 8 % off
 
 
@@ -154,15 +156,14 @@ def strained(about: Linearisation, ends: Ends, target: Endpoint, whole: PeriodMa
         if there is None:
             break
         moved = noise_map(with_spectra(ends.part_of(there, about.plan), ends.noise), target)
+        if moved.grows:
+            return f"{_LARGE} a loop is unstable{_SHOWN}"
         if moved.settles:
             squares.append(difference_squared(to_output, moved))
     apart = math.sqrt(max(0.0, sum(squares)) / max(1, len(squares)) / total)
     if apart < _APART:
         return ""
-    return (
-        "noise is not small here: along a run with noise the same noise moves the output otherwise, by"
-        f" {100.0 * apart:.0f} % of this rms; a study of many runs says what the rms is"
-    )
+    return f"{_LARGE} the same noise moves the output otherwise, by {100.0 * apart:.0f} % of this rms{_SHOWN}"
 
 
 class _Along:
