@@ -22,6 +22,7 @@ from proofmass.runner.design.quantities.evaluator import STABLE, Evaluator, Quan
 from proofmass.runner.design.quantities.loop_figures import Reading
 from proofmass.runner.host.arrays import Array
 
+MET = 1e-9  # slack of a goal that rounding may hide
 LARGEST_SLACK = 2.0  # a margin without limit counts as this
 UNDEFINED = -4.0  # slack of everything where a loop is unstable
 _SMALL = 2e-3  # 2 e: part of the size at which the objective turns from a logarithm to a straight line
@@ -36,6 +37,7 @@ class GoalRow(NamedTuple):
     value: float
     gradient: Array
     sign: float = 0.0  # of the limit that it is of: 1 of the least, -1 of the largest value
+    room: float = math.inf  # between both limits of its goal
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,10 @@ class GoalsAt:
     def nominal(self) -> TriedPoint:
         """Return the goals at the parameters of the graph."""
         return self.at_values(self.tuning.nominal)
+
+    def size(self, goal: str) -> float:
+        """Return the size of a quantity: how far it is beyond a limit of zero is a part of that."""
+        return self._sizes.get(goal, 1.0)
 
     def _measure_sizes(self, readings: Iterable[QuantityReadings]) -> None:
         for name in self.tuning.goals.keys() - self._sizes.keys():
@@ -139,13 +145,14 @@ class GoalsAt:
 
     def _rows(self, goal: Goal, row: GoalRow, slacks: list[GoalRow], objectives: list[GoalRow]) -> None:
         for sign, limit in goal.limits:
-            scale = abs(limit) or self._sizes.get(row.goal, 1.0)
-            slack = sign * (row.value - limit) / scale
+            scale = abs(limit) or self.size(row.goal)
+            room = (goal.at_most - goal.at_least) / scale
+            slack = sign * (row.value - limit) / scale + (0.0 if room else MET)
             gradient = sign * row.gradient / scale
             if not slack < LARGEST_SLACK:
                 slack, gradient = LARGEST_SLACK, np.zeros_like(gradient)
             slack = slack if math.isfinite(slack) else UNDEFINED
-            moved = row._replace(value=slack, gradient=gradient, sign=sign)
+            moved = row._replace(value=slack, gradient=gradient, sign=sign, room=room)
             if goal.soft:
                 objectives.append(moved._replace(value=-slack, gradient=-gradient))
             else:
@@ -154,7 +161,7 @@ class GoalsAt:
             objectives.append(self._objective(goal, row))
 
     def _objective(self, goal: Goal, row: GoalRow) -> GoalRow:
-        sign, small = (1.0 if goal.minimise else -1.0), _SMALL * self._sizes.get(row.goal, 1.0)
+        sign, small = (1.0 if goal.minimise else -1.0), _SMALL * self.size(row.goal)
         value = sign * (math.asinh(row.value / small) - math.asinh(1.0 / _SMALL))
         if not abs(value) < _LARGEST_OBJECTIVE:
             return row._replace(value=math.copysign(_LARGEST_OBJECTIVE, value), gradient=np.zeros_like(row.gradient))

@@ -128,11 +128,12 @@ class Search:
     def _improved(self, at: TriedPoint) -> TriedPoint:
         """Lower the worst objective while all hard goals stay met."""
         size, rows = len(at.parts), len(at.objectives)
+        aims = np.array([min(_AIM, 0.25 * row.room) for row in at.slacks])
 
         def constraints(x: Array) -> Array:
             now = self._full(x[:size])
             return np.append(
-                _values(now.slacks, at.slacks) - _AIM, x[size] - _values(now.objectives, at.objectives, 10.0)
+                _values(now.slacks, at.slacks) - aims, x[size] - _values(now.objectives, at.objectives, 10.0)
             )
 
         def gradients(x: Array) -> Array:

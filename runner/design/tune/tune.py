@@ -13,7 +13,7 @@ from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.tuning.build import tuning_of
 from proofmass.graphs.tuning.tuning import Goal, Tuning
-from proofmass.runner.design.tune.goals_at import GoalRow, GoalsAt, TriedPoint, worst_reading
+from proofmass.runner.design.tune.goals_at import MET, GoalRow, GoalsAt, TriedPoint, worst_reading
 from proofmass.runner.design.tune.search import KEPT, Search
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Plotted, Told
@@ -23,7 +23,6 @@ from proofmass.runner.output.json_text import finite
 _ACTIVE = 1e-3  # slack up to which a goal may bind
 _DIGITS = (9, 12, 17)  # of numbers written: as few as miss no goal: a yield has steps
 _COUNTS = 1e-6  # of a multiplier
-_MET = 1e-9  # slack of a goal that rounding may hide
 _FEW = 8  # samples of a search that begins at a good point
 
 
@@ -41,13 +40,14 @@ class TunedGoal:
     )
     reachable: float | None = None  # of a missed goal: what it reaches with other hard goals met
     why: str = ""  # it has no value after
+    size: float = 0.0  # of the quantity: a limit of zero is kept up to a rounding of that
 
     @property
     def met(self) -> bool:
         """True if its limits are kept."""
         if self.after is None:
             return False
-        return all(sign * (self.after - limit) >= -_MET * abs(limit) for sign, limit in self.goal.limits)
+        return all(sign * (self.after - limit) >= -MET * (abs(limit) or self.size) for sign, limit in self.goal.limits)
 
     @property
     def binds(self) -> bool:
@@ -188,7 +188,7 @@ def tune(graph: GraphSource | Tuning, *, progress: Progress | None = None, **tab
         tuning=tuning,
         before=tuning.nominal,
         parameters=best.values,
-        goals=tuple(_outcome(tuning, name, search.first, best, prices, reachable) for name in tuning.goals),
+        goals=tuple(_outcome(goals, name, search.first, best, prices, reachable) for name in tuning.goals),
         at_bounds=bounds,
         evaluations=search.count,
         interrupted=search.interrupted,
@@ -208,14 +208,14 @@ def _rounded(goals: GoalsAt, best: TriedPoint) -> TriedPoint:
 
 
 def _outcome(
-    tuning: Tuning,
+    goals: GoalsAt,
     name: str,
     first: TriedPoint,
     best: TriedPoint,
     prices: Mapping[str, float],
     reachable: Mapping[str, float],
 ) -> TunedGoal:
-    goal = tuning.goals[name]
+    goal = goals.tuning.goals[name]
     _, before = worst_reading(first, name, goal)
     case, after = worst_reading(best, name, goal)
     return TunedGoal(
@@ -227,6 +227,7 @@ def _outcome(
         prices.get(name, 0.0),
         reachable.get(name),
         best.why[case][name].reason if after is None else "",
+        goals.size(name),
     )
 
 
@@ -236,7 +237,7 @@ def _multipliers(at: TriedPoint, tuning: Tuning) -> tuple[dict[str, float], dict
     At an optimum the gradient of the goal is a sum, with positive factors, of gradients of binding
     limits. Where a hard goal is missed, the worst slack is sought.
     """
-    missed = at.violation > _MET
+    missed = at.violation > MET
     if not at.defined or not (missed or at.objectives):
         return {}, {}
     if missed:
@@ -255,9 +256,9 @@ def _multipliers(at: TriedPoint, tuning: Tuning) -> tuple[dict[str, float], dict
     table = np.vstack([table, [1.0] * len(worst) + [0.0] * (len(independent) + len(edges))])
     factors = scipy.optimize.nnls(table, np.append(np.zeros(size), 1.0))[0]
     prices = dict[str, float]()
-    for row, factor in zip([*worst, *independent], factors, strict=False):
-        if missed or row in independent:
-            prices[row.goal] = prices.get(row.goal, 0.0) + float(factor) * (1.0 if missed else 0.01)
+    rows, factor_of = (worst, 1.0) if missed else (independent, 0.01)
+    for row, factor in zip(rows, factors[0 if missed else len(worst) :], strict=False):
+        prices[row.goal] = prices.get(row.goal, 0.0) + factor_of * float(factor)
     names = list(tuning.free)
     on_edges = zip(sides, factors[len(worst) + len(independent) :], strict=True)
     return prices, {names[i]: side for (i, side), factor in on_edges if factor > 1e-3}
@@ -265,10 +266,10 @@ def _multipliers(at: TriedPoint, tuning: Tuning) -> tuple[dict[str, float], dict
 
 def _reachable(search: Search, best: TriedPoint) -> dict[str, float]:
     """Return, of each goal a conflict misses, the best value that the other hard goals leave."""
-    if best.violation <= _MET or not best.defined:
+    if best.violation <= MET or not best.defined:
         return {}
     tuning, reached = search.goals.tuning, {}
-    missed = {row.goal for row in best.slacks if row.value >= -best.violation - _ACTIVE and row.value < -_MET}
+    missed = {row.goal for row in best.slacks if row.value >= -best.violation - _ACTIVE and row.value < -MET}
     for name in missed:
         goal = tuning.goals[name]
         if len(goal.limits) != 1:
@@ -280,7 +281,7 @@ def _reachable(search: Search, best: TriedPoint) -> dict[str, float]:
         alone = Search(GoalsAt(narrower), None, search.stop)
         alone.seen = [best.parts]
         found = alone.run()
-        if found.violation <= _MET:
+        if found.violation <= MET:
             reading = worst_reading(found, name, wanted)[1]
             if reading is not None:
                 reached[name] = reading.value
