@@ -15,7 +15,7 @@ from proofmass.graphs.model.call_numbers import SEED, refuse_counts
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.rates import read_duration
-from proofmass.runner.design.identification.identifiable import certainty, widening
+from proofmass.runner.design.identification.identifiable import certainty, freedom, widening
 from proofmass.runner.design.identification.model import RecordingModel, output_units
 from proofmass.runner.design.identification.noise_levels import NoiseLevel, noise_levels
 from proofmass.runner.design.identification.recordings import FEWEST, Gaps, RecordedStretch, Wanted, recordings_of
@@ -311,18 +311,19 @@ def _outcome(
             signal = unknown.name.removeprefix(f"{DELAY} ")
             least = min(model.least_error(signal) for model in solver.models if signal in model.signals)
             sure.errors[number] = math.hypot(sure.errors[number], least)
-    quantile = float(scipy.special.stdtrit(max(rows - len(unknowns), 1), (1.0 + CONFIDENCE) / 2.0))
+    sizes = np.abs(values) + solver.scales
+    degrees = freedom(table * sizes, solver.output_of, [solution.free[signal] for signal in solver.signals])
+    quantiles = scipy.special.stdtrit(np.maximum(degrees, 1.0), (1.0 + CONFIDENCE) / 2.0)
     estimates = tuple(
-        Estimate(u.written, u.unit, u.start, float(v), float(e), quantile * float(e), _bound(u, float(v), size))
-        for u, v, e, size in zip(unknowns, values, sure.errors, solver.scales.tolist(), strict=True)
+        Estimate(u.written, u.unit, u.start, float(v), float(e), float(q * e), _bound(u, float(v), size))
+        for u, v, e, q, size in zip(unknowns, values, sure.errors, quantiles, solver.scales.tolist(), strict=True)
     )
     raw = solver.raw(values)
     outputs = tuple(_output(solver, signal, raw) for signal in solver.signals)
     known = {u.name: float(v) for u, v in zip(unknowns, values, strict=True) if u.of_block}
     fitted = with_parameters(graph, {u.written: known[u.name] for u in unknowns if u.of_block})
     counts = {signal: len(solver.compared(signal)) for signal in solver.signals}
-    free = max(rows - len(unknowns), 0) / rows  # of each row
-    left = {o.signal: (o.rms**2 * counts[o.signal], free * counts[o.signal]) for o in outputs}
+    left = {o.signal: (o.rms**2 * counts[o.signal], solution.free[o.signal]) for o in outputs}
     return Fitted(
         source=graph,
         estimates=estimates,

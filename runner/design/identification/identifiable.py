@@ -28,7 +28,7 @@ class Certainty:
     """Standard errors and correlations of the unknowns, and what is said of combinations that are not determined."""
 
     errors: AnyArray  # infinite where an unknown is not determined
-    correlation: AnyArray
+    correlation: AnyArray  # NaN where one is not
     findings: tuple[str, ...]
 
 
@@ -57,8 +57,20 @@ def certainty(jacobian: AnyArray, values: AnyArray, unknowns: Sequence[Unknown],
         members = [int(k) for k in np.argsort(-np.abs(vector)) if abs(vector[k]) >= _PART]
         errors[members] = math.inf
         findings.append(_said(vector * sizes / own, members, unknowns, float(singular[i])))
-    spread = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    spread = np.where(np.isinf(errors), math.nan, np.sqrt(np.maximum(np.diag(covariance), 1e-300)))
     return Certainty(errors, covariance / np.outer(spread, spread), tuple(findings))
+
+
+def freedom(jacobian: AnyArray, output_of: AnyArray, free: Sequence[float]) -> AnyArray:
+    """Return the degrees of freedom of each unknown's error, from those of each output's noise.
+
+    The variance is a sum over outputs, each known as well as its noise (Satterthwaite). What is
+    known beforehand, below the rows of `output_of`, counts as certain.
+    """
+    rows = np.linalg.pinv(jacobian, rcond=1e-10) ** 2
+    parts = [np.sum(rows[:, : len(output_of)][:, output_of == number], axis=1) for number in range(len(free))]
+    whole, doubt = np.sum(rows, axis=1), sum(part**2 / of for part, of in zip(parts, free, strict=True))
+    return np.asarray(whole**2 / np.maximum(doubt, 1e-300))
 
 
 def widening(residuals: AnyArray, loss: str) -> float:

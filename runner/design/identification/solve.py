@@ -50,6 +50,7 @@ class Solution:
     residuals: AnyArray  # of recordings alone
     jacobian: AnyArray  # by the unknowns, priors below
     noise: Mapping[str, float]  # of each output
+    free: Mapping[str, float]  # degrees of freedom that are left of each output
     cost: float
     converged: bool
 
@@ -76,6 +77,8 @@ class UnknownsSolver:
             [np.isfinite(m.recording.outputs[s]) & (m.recording.times >= skip) for s in m.signals] for m in models
         ]
         self.signals = sorted({signal for model in models for signal in model.signals})
+        places = [self.signals.index(signal) for model in models for signal in model.signals]
+        self.output_of = np.repeat(places, [np.sum(mask) for masks in self.masks for mask in masks])  # each residual
         self.noise = {signal: self.spread(signal) for signal in self.signals}
         begin = np.array([unknown.start for unknown in unknowns])
         self._expected, self._code, self._rounding = 1, dict.fromkeys(self.signals, 0.0), dict[str, float]()
@@ -124,7 +127,8 @@ class UnknownsSolver:
             free = not self._held_back(best, values, weak)
             weak *= 1.0 if free else _LOOSER
             values = best.x * self.scales
-            left = self._noise_left(self.raw(values))
+            rest = self._free(best.jac[: -len(values) or None])
+            left = self._noise_left(self.raw(values), rest)
             change = max(abs(math.log(left[s] / self.noise[s])) for s in self.signals)
             self.noise = left
             self._suit_steps(values)
@@ -133,7 +137,9 @@ class UnknownsSolver:
         if self.loss == "linear":
             values = self._polished(values)
         residuals, jacobian = self.residuals(values), self.jacobian(values)
-        return Solution(values, residuals, jacobian, dict(self.noise), float(best.cost), bool(best.success) and free)
+        return Solution(
+            values, residuals, jacobian, dict(self.noise), rest, float(best.cost), bool(best.success) and free
+        )
 
     def _size(self, number: int, begin: AnyArray, at_start: list[tuple[str, AnyArray]]) -> float:
         """Return how far an unknown that begins at zero goes to move some output by about as much as is recorded."""
@@ -238,8 +244,10 @@ class UnknownsSolver:
 
     def as_it_is(self, values: AnyArray) -> Solution:
         """Return the state of affairs at some values."""
-        self.noise = self._noise_left(self.raw(values))
-        return Solution(values, self.residuals(values), self.jacobian(values), dict(self.noise), math.inf, False)
+        rest = self._free(self.jacobian(values) * self.scales)
+        self.noise = self._noise_left(self.raw(values), rest)
+        residuals, jacobian = self.residuals(values), self.jacobian(values)
+        return Solution(values, residuals, jacobian, dict(self.noise), rest, math.inf, False)
 
     def modelled(self, values: AnyArray) -> list[dict[str, AnyArray]]:
         """Return the outputs of each recording, offsets and delays included; NaN where nothing is compared."""
@@ -292,7 +300,15 @@ class UnknownsSolver:
             columns.append((higher - lower) / (above - below))
         return np.stack(columns, axis=1) if columns else np.zeros((len(self._weighted(values)), 0))
 
-    def _noise_left(self, raw: list[tuple[str, AnyArray]]) -> dict[str, float]:
+    def _free(self, table: AnyArray) -> dict[str, float]:
+        """Return the rows of each output less its part of the unknowns: the sum of their leverages."""
+        sides, singular, _ = np.linalg.svd(table, full_matrices=False)
+        known = singular > _NOTHING * np.max(singular, initial=0.0)
+        used = np.sum(sides[: len(self.output_of), known] ** 2, axis=1)
+        rest = np.bincount(self.output_of, weights=1.0 - used, minlength=len(self.signals))
+        return {signal: max(float(free), 1.0) for signal, free in zip(self.signals, rest, strict=True)}
+
+    def _noise_left(self, raw: list[tuple[str, AnyArray]], free: Mapping[str, float]) -> dict[str, float]:
         """Return the noise of each output: what is left, less the unknowns' share; of outliers their middle."""
         left = {}
         for signal in self.signals:
@@ -300,9 +316,8 @@ class UnknownsSolver:
             size = float(np.sqrt(np.mean(values**2)))
             if self.loss != "linear":
                 size = 1.4826 * float(np.median(np.abs(values)))
-            free = max(len(values) - len(self.unknowns) / len(self.signals), 1.0)
             least = max(1e-9 * self.spread(signal), self._rounding[signal])  # of data without noise
-            left[signal] = max(size * math.sqrt(len(values) / free), least)
+            left[signal] = max(size * math.sqrt(len(values) / free[signal]), least)
         return left
 
     def _suit_steps(self, values: AnyArray) -> None:
