@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
 
+from proofmass.blocks.declaration.parameter import plain
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.check import checked
 from proofmass.graphs.model.graph import NOWHERE, Graph, Place
@@ -70,8 +71,8 @@ class Study(Value):
         changed = read.changes(changes, ages, bool(calibrations.carried))
         super().__init__(
             graph=graph,
-            runs=runs,
-            seed=seed,
+            runs=plain(runs),
+            seed=plain(seed),
             design=read.design(design, spreads),
             spread=spreads,
             correlation=read.correlation(correlation, spreads, design),

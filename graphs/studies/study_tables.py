@@ -32,7 +32,7 @@ from proofmass.graphs.studies.epochs import (
     read_intervals,
     regular_ages,
 )
-from proofmass.graphs.studies.table_entries import checked_table, read_quantity, read_time
+from proofmass.graphs.studies.table_entries import checked_table, plain_tables, read_quantity, read_time
 
 _Entry = TypeVar("_Entry")
 
@@ -123,6 +123,7 @@ class StudyTables:
 
     def ages(self, epochs: object) -> tuple[float, ...]:
         """Ages in seconds; a study without epochs looks at new sensors."""
+        epochs = plain_tables(epochs)
         if epochs == {}:
             return (0.0,)
         table = epochs if isinstance(epochs, Mapping) else {}
@@ -147,7 +148,7 @@ class StudyTables:
         if entry == {}:
             return Recalibration()
         with self.noting("recalibration"):
-            table = checked_table(entry, RECALIBRATION_KEYS, RECALIBRATION_EXAMPLE)
+            table = checked_table(plain_tables(entry), RECALIBRATION_KEYS, RECALIBRATION_EXAMPLE)
             every = read_intervals(table)
             carried = self.parameters("recalibration.carried", table.get("carried", {}), self._carried)
             if not carried and not self.problems:
@@ -244,7 +245,8 @@ class StudyTables:
         return MappingProxyType(entries)
 
     def entries(self, table: str, entries: object) -> Iterator[tuple[str, Any]]:
-        """Yield the entries of a table; refuse anything else."""
+        """Yield the entries of a table, as Python has them; refuse anything else."""
+        entries = plain_tables(entries)
         if not isinstance(entries, Mapping):
             hint = self.docs[table.partition(".")[0]]
             self.refuse(Refusal("must be a table", got=shown(entries), hint=hint), table)

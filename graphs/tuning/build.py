@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
 
+from proofmass.blocks.declaration.parameter import plain
 from proofmass.blocks.declaration.problem import ModelError, Refusal, did_you_mean, shown
 from proofmass.graphs.checks.check import checked
 from proofmass.graphs.model.adjustable import Adjustable
@@ -15,7 +16,7 @@ from proofmass.graphs.model.quantities import QUANTITY_KEYS, YieldOf, read_quant
 from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_tables import StudyTables, read_decibels
-from proofmass.graphs.studies.table_entries import checked_table, read_flag, read_quantity
+from proofmass.graphs.studies.table_entries import checked_table, plain_tables, read_flag, read_quantity
 from proofmass.graphs.tuning.tuning import MOST_POINTS, Free, Goal, Tuning
 
 TuningTables = Mapping[str, Any]
@@ -65,7 +66,7 @@ def tuning_of(
         if not entries and not read.problems:
             read.refuse(Refusal(f"names no {what}", example), key)
     moment = read.moment("at", at)
-    given = {"starts": starts, "samples": samples, "seed": seed}
+    given = {"starts": plain(starts), "samples": plain(samples), "seed": plain(seed)}
     numbers = {key: read.count(key, given[key], form) for key, form in TUNE_INTEGERS.items()}
     own_ages = read.ages_of(ages, study, wanted)
     cases = max(1, len(own_points)) * max(1, len(own_ages)) * 2 ** len(corners)
@@ -117,6 +118,7 @@ class _Tables(StudyTables):
 
     def ages_of(self, ages: object, study: Study | None, goals: Mapping[str, Goal]) -> tuple[float, ...]:
         """Read the ages at which goals hold."""
+        ages = plain_tables(ages)
         if not ages:
             return ()
         example = 'write ages = ["0 h", "15 year"]'
