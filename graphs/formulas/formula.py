@@ -1,5 +1,6 @@
 """A formula: its text, such as `"= 2 * pi * f0"`, and its meaning."""
 
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeGuard
@@ -8,7 +9,7 @@ from proofmass.blocks.declaration.problem import Refusal
 from proofmass.blocks.declaration.unit_expressions import unit
 from proofmass.graphs.formulas.operations import NUMBER, Dimension, dimension_text
 from proofmass.graphs.formulas.parser import parsed
-from proofmass.graphs.formulas.tree import Numbers, Tree, dimension_of, evaluated, names_of
+from proofmass.graphs.formulas.tree import Numbers, Tree, dimension_of, evaluated, names_of, plainly
 
 SIGN = "="
 
@@ -44,7 +45,7 @@ class Formula:
 
     def number(self, numbers: Numbers) -> float:
         """Return the value in coherent SI units; raises `Refusal` where there is none."""
-        value = float(evaluated(self.tree, numbers))
+        value = float(evaluated(self.tree, numbers, _kept))
         if value - value != 0.0:
             hint = "look for a division by zero, a root or logarithm of a negative number"
             raise Refusal("has no finite value", hint)
@@ -62,6 +63,15 @@ def in_unit(number: float, target: str) -> float:
     """Return a number of coherent SI units in another unit; numbers may be arrays."""
     factor = unit(target).factor
     return number if factor == 1 else number / float(factor)
+
+
+def _kept(operation: str, arguments: list[float]) -> float:
+    """Return the result of an operation; raises `Refusal` for a product or quotient that is lost, or its digits."""
+    value: float = plainly(operation, arguments)
+    if operation in ("*", "/") and abs(value) < sys.float_info.min and all(arguments):
+        hint = f"a product or quotient in it is below {sys.float_info.min:.2g}: multiply in another order"
+        raise Refusal("too small for a number", hint)
+    return value
 
 
 def _cure(own: Dimension, target: str) -> str:

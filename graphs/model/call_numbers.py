@@ -42,4 +42,4 @@ def whole(value: object) -> TypeGuard[int]:
 
 def positive(value: object) -> bool:
     """Return whether a value is a number that is finite and above 0."""
-    return isinstance(value, numbers.Real) and 0.0 < float(value) < math.inf
+    return isinstance(value, numbers.Real) and not isinstance(value, bool) and 0.0 < float(value) < math.inf

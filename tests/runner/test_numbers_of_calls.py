@@ -70,9 +70,11 @@ def test_no_runs_of_a_study_are_left_out() -> None:
     assert len(run_study(STUDY, runs=2, threads=np.int64(2)).numbers) == 2
 
 
-def test_spectra_want_a_rate_too() -> None:
+@pytest.mark.defect("S1065", before="`rate=True` was 1 Hz", after="refused")
+@pytest.mark.parametrize("rate", [math.inf, True])
+def test_spectra_want_a_rate_too(rate: float) -> None:
     with pytest.raises(ModelError, match="plain values need a rate"):
-        spectrum(VALUES, rate=math.inf)
+        spectrum(VALUES, rate=rate)
 
 
 @pytest.mark.defect("C886", before="a response at 0 Hz had no text", after="a row for 0 Hz")

@@ -206,3 +206,16 @@ def test_a_number_behind_a_printed_power_is_refused() -> None:
 def test_a_number_that_a_float_has_not_is_refused() -> None:
     with pytest.raises(Refusal, match="too small for a number"):
         Formula("= 1e-320 fV")
+
+
+@pytest.mark.defect(
+    "S1064", before="0 of `1e-200 * 1e-200`, and 9.99989e-121 of `1e-160 * 1e-160 * 1e200`", after="refused"
+)
+@pytest.mark.parametrize("text", ["1e-200 * 1e-200", "1e-200 / 1e200", "a**2", "a**-2", "a * a * 1e200 + 1"])
+def test_a_product_that_vanishes_is_refused(text: str) -> None:
+    with pytest.raises(Refusal, match="too small for a number"):
+        Formula(f"= {text}").number({"a": 1e160 if "**-2" in text else 1e-160})
+
+
+def test_a_product_with_zero_is_zero() -> None:
+    assert Formula("= (a - a) * 3 + 0 / a").number({"a": 1e-200}) == 0.0
