@@ -47,12 +47,16 @@ def save_checkpoint(result: Result, planned: Plan, folder: Path) -> None:
     if memory is None:
         raise ValueError("the run was not interrupted")
     for trace in result.traces.values():
-        path = _trace(folder, trace.signal)
-        with named(path):
-            if not isinstance(trace.values, np.memmap):
-                np.save(path, trace.values)
-            with path.open("r+b") as file:
-                os.fsync(file.fileno())
+        path = written = _trace(folder, trace.signal)
+        streamed = isinstance(trace.values, np.memmap)
+        if not streamed:  # an earlier checkpoint goes on from what is there
+            written = path.with_suffix(".npy.partial")
+        with named(path), written.open("r+b" if streamed else "wb") as file:
+            if not streamed:
+                np.save(file, trace.values)
+                file.flush()
+            os.fsync(file.fileno())
+        written.replace(path)
     rows = {probe.signal: probe.rows(0, memory.tick) for probe in planned.probes}
     data = {
         "version": VERSION,
@@ -113,21 +117,11 @@ def remove_checkpoint(result: Result, folder: Path) -> None:
 
 def recorder(probe: PlannedProbe, rows: int, folder: Path, streamed: bool, rows_kept: int) -> Recorder:
     """A recorder that goes on behind the first rows in a folder; a file of rows is not copied."""
-    path = _trace(folder, probe.signal)
     if not streamed:
         writer = Recorder(probe, rows, None)
         writer.keep(_rows(folder, probe, rows_kept))
         return writer
-    aside = path.with_suffix(".kept")
-    path.replace(aside)
-    writer = Recorder(probe, rows, folder)
-    head = path.read_bytes()
-    with named(path), aside.open("r+b") as file:
-        file.write(head)  # that of the whole run; the interrupted run's told fewer rows
-        file.truncate(len(head) + _bytes(probe, rows_kept))
-    aside.replace(path)
-    writer.count = rows_kept
-    return writer
+    return Recorder(probe, rows, folder, rows_kept)
 
 
 def _run(planned: Plan, seed: int, ticks: int) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """Rows of one probe on their way into a trace."""
 
+import math
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -18,16 +19,17 @@ def room(planned: Plan, first: int, last: int) -> list[AnyArray]:
 
 
 class Recorder:
-    """Rows of one probe as they come: in memory, or in a `.npy` file if a folder is given."""
+    """Rows of one probe as they come: in memory, or in a `.npy` file if a folder is given, behind those that it has."""
 
-    def __init__(self, probe: PlannedProbe, rows: int, folder: Path | None) -> None:
-        self.probe, self.rows, self.count = probe, rows, 0
+    def __init__(self, probe: PlannedProbe, rows: int, folder: Path | None, kept: int = 0) -> None:
+        self.probe, self.rows, self.count = probe, rows, kept
         self._path = folder / f"{probe.signal}.npy" if folder else None
         kind = np.float64 if probe.format else probe.dtype
         self._values: AnyArray = np.empty((0 if folder else rows, *probe.shape), dtype=kind)
         if self._path:
-            with named(self._path), self._path.open("wb") as file:
-                self._write_head(file, rows)
+            with named(self._path), self._path.open("r+b" if kept else "wb") as file:
+                self._write_head(file, rows)  # in place: killed here, the file still has the rows of the checkpoint
+                file.truncate(file.tell() + kept * math.prod(probe.shape) * self._values.itemsize)
 
     def space(self, rows: int) -> AnyArray:
         """An array for the next rows, to be filled and then kept."""

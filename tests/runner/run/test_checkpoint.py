@@ -35,6 +35,7 @@ from proofmass.runner.planning.plan import plan
 from proofmass.runner.run import simulate as simulation
 from proofmass.runner.run.checkpoint import FILE
 from proofmass.runner.run.engine_table import EngineName
+from proofmass.runner.run.recorder import Recorder
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import simulate
 from proofmass.runner.run.trace_size import refuse_full
@@ -108,6 +109,35 @@ def interrupt_after(ticks: int, number: int = signal.SIGINT) -> Callable[[int, i
 @pytest.fixture
 def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(simulation, "CHUNK_BYTES", 700)
+
+
+def _killed(*_: object) -> None:
+    raise SystemExit
+
+
+@pytest.mark.defect(
+    "H914", before="`there is no adc.code.npy to resume from`, or `adc.code.npy is too short`", after="goes on"
+)
+@pytest.mark.parametrize("streamed", [True, False])
+def test_a_run_goes_on_that_is_killed_while_it_goes_on(
+    streamed: bool, tmp_path: Path, small_chunks: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Killed as soon as the head of a file is written for the rest, or in the middle of the next checkpoint."""
+    graph, folder = made(tmp_path), tmp_path / "run"
+    expected = bits(simulate(graph, duration="0.1 s"))
+    monkeypatch.setattr(simulation, "IN_MEMORY", 0 if streamed else 1 << 30)
+    simulate(graph, duration="0.1 s", folder=folder, progress=interrupt_after(200))
+    with monkeypatch.context() as patch:
+        if streamed:
+            head = Recorder._write_head
+            patch.setattr(Recorder, "_write_head", lambda *given: _killed(head(*given)))
+        else:
+            patch.setattr(
+                np, "save", lambda to, _: _killed((to.write_bytes if isinstance(to, Path) else to.write)(b""))
+            )
+        with pytest.raises(SystemExit):
+            simulate(graph, duration="0.1 s", folder=folder, progress=interrupt_after(500))
+    assert bits(simulate(graph, duration="0.1 s", folder=folder)) == expected
 
 
 @pytest.mark.usefixtures("small_chunks")
