@@ -40,6 +40,17 @@ def whole(value: object) -> TypeGuard[int]:
     return isinstance(value, numbers.Integral) and not isinstance(value, bool)
 
 
+def real(value: object) -> float:
+    """Return a number, NumPy's too, as a float; raises `TypeError` for anything else, and for truth values."""
+    own = plain(value)
+    if isinstance(own, bool) or not isinstance(own, int | float):
+        raise TypeError("not a number")
+    try:
+        return float(own)
+    except OverflowError:
+        return math.inf if own > 0 else -math.inf
+
+
 def positive(value: object) -> bool:
     """Return whether a value is a number that is finite and above 0."""
     return isinstance(value, numbers.Real) and not isinstance(value, bool) and 0.0 < float(value) < math.inf

@@ -9,6 +9,7 @@ from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import convert, short_unit
+from proofmass.graphs.model.call_numbers import real
 from proofmass.graphs.model.derived import measure_units
 from proofmass.graphs.model.flatten import FlatGraph, inside
 from proofmass.graphs.model.hints import key_hint
@@ -271,8 +272,8 @@ def _band(table: Mapping[str, Any]) -> tuple[float, float] | None:
 def _hertz(entries: Sequence[Any], key: str, whole: object, wanted: str, hint: str) -> list[float]:
     """Return frequencies of texts and numbers, `whole` as written at a key; raises `Refusal`."""
     try:
-        return [convert(entry, "Hz") if isinstance(entry, str) else float(entry) for entry in entries]
+        return [convert(entry, "Hz") if isinstance(entry, str) else real(entry) for entry in entries]
     except Refusal as error:
         raise error.under(key, whole, wanted) from None
-    except (TypeError, ValueError, OverflowError):
+    except TypeError:
         raise Refusal(f"must be {wanted}", hint, key=key, got=shown(whole)) from None

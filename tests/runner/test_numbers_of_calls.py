@@ -22,7 +22,7 @@ from proofmass import (
     worst,
 )
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.model.call_numbers import positive, whole
+from proofmass.graphs.model.call_numbers import positive, real, whole
 
 GRAPH = read_graph("library:closed_loop_accelerometer")
 TOLERANCES = {"torquer.gain": "5 %"}
@@ -47,6 +47,15 @@ NUMBERS: dict[str, Callable[[Any], Any]] = {
     "seconds": lambda x: prove(GRAPH, tolerances=TOLERANCES, gain_margin="6 dB", seconds=x),
     "frequencies": lambda x: noise(GRAPH, "dac.code", frequencies=[x]),
 }
+PUSH, CODE = "acceleration.output", "dac.code"
+REALS: dict[str, Callable[[Any], Any]] = {
+    "tolerances": lambda x: worst(GRAPH, tolerances={"torquer.gain": x}),
+    "tolerances from": lambda x: worst(GRAPH, tolerances={"torquer.gain": [x, 1.0]}),
+    "band": lambda x: worst(GRAPH, {"quiet": {"noise": CODE, "band": [x, 100.0]}}, tolerances=TOLERANCES),
+    "peak": lambda x: prove(GRAPH, input=PUSH, peak={CODE: x}, seconds=0.0),
+    "constants": lambda x: prove(GRAPH, constants={PUSH: x}, seconds=0.0),
+    "slow_change": lambda x: prove(GRAPH, tolerances=TOLERANCES, slow_change={"torquer.gain": x}, seconds=0.0),
+}
 
 
 @pytest.mark.defect("H893", before="`negative dimensions are not allowed`, of NumPy", after="the name, what it may be")
@@ -63,6 +72,29 @@ def test_a_count_is_refused_by_its_name(name: str, value: object) -> None:
 def test_a_number_is_refused_by_its_name(name: str, value: float) -> None:
     with pytest.raises(ModelError, match=rf"(?s)^{name}: .*got: +{value:g}\b"):
         NUMBERS[name](value)
+
+
+@pytest.mark.defect("S1066", before="a tolerance of True was 100 %, and a peak was 1", after="refused")
+@pytest.mark.parametrize("name", REALS)
+def test_a_truth_value_is_no_number(name: str) -> None:
+    with pytest.raises(ModelError, match=r"must be|is not a"):
+        REALS[name](True)
+
+
+@pytest.mark.defect("C888", before="TypeError, OverflowError, errors of NumPy", after="refused, or taken")
+def test_tolerances_and_limits_of_any_kind() -> None:
+    for given in ([None, 1.0], 10**400):
+        with pytest.raises(ModelError, match=r"tolerances\..torquer.gain"):
+            worst(GRAPH, tolerances={"torquer.gain": given})
+    limits = {CODE: np.array([-1e4, 0.0])}
+    assert len(prove(GRAPH, input=PUSH, scale_factor=limits, seconds=0.0).proofs) == 2
+
+
+@pytest.mark.defect("C889", before="a `Refusal`, which no caller knows", after="ModelError: skip: not a number")
+def test_a_skip_is_refused_by_its_name() -> None:
+    table = {"time": np.arange(20.0), "code": np.ones(20)}
+    with pytest.raises(ModelError, match=r"^skip: not a number followed by a unit"):
+        fit(GRAPH, table, outputs={CODE: "code"}, free=["torquer.gain"], skip="soon")
 
 
 def test_no_runs_of_a_study_are_left_out() -> None:
@@ -86,5 +118,6 @@ def test_a_response_at_rest_has_a_table(frequencies: list[float]) -> None:
 
 
 def test_what_is_whole_and_what_is_positive() -> None:
+    assert [real(value) for value in (1, np.float32(0.5), 10**400, -(10**400))] == [1.0, 0.5, math.inf, -math.inf]
     assert [whole(value) for value in (1, np.int64(1), True, 1.0, "1", None)] == [True, True, *[False] * 4]
     assert [positive(value) for value in (1, np.float64(0.5), 0, math.nan, "1", None)] == [True, True, *[False] * 4]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import scipy.special
 
-from proofmass.blocks.declaration.problem import Problem, did_you_mean, shown
+from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean, shown
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.call_numbers import SEED, refuse_counts
 from proofmass.graphs.model.changes import with_parameters
@@ -205,6 +205,10 @@ def fit(
         raise Problem(message="there is no such loss", key="loss", got=shown(loss), hint=hint).error
     graph = graph_from(graph)
     refuse_counts(starts=(starts, 1, MOST_STARTS), seed=(seed, *SEED))
+    try:
+        left_out = float(read_duration(skip))
+    except Refusal as error:
+        raise error.problem("skip", skip).error from None
     wanted = _signals(graph, inputs), _signals(graph, outputs)
     if not wanted[1]:
         hint = 'name what was recorded: outputs={"readout.voltage": "voltage"}'
@@ -219,7 +223,7 @@ def fit(
     if any(model.between_ticks for model in models):
         notes.append("recorded times lie between ticks: straight lines between the values of the run are compared")
     with interrupts() as stop:
-        solver = UnknownsSolver(models, unknowns, loss, float(read_duration(skip)), progress, stop)
+        solver = UnknownsSolver(models, unknowns, loss, left_out, progress, stop)
         _refuse_few(solver, unknowns)
         solution, reached, interrupted = _best(solver, unknowns, starts, seed)
     return _outcome(graph, solver, solution, (starts, reached, interrupted), notes, levels)

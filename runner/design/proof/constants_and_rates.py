@@ -12,6 +12,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, d
 from proofmass.blocks.declaration.unit_expressions import UnitError
 from proofmass.blocks.declaration.units import convert
 from proofmass.blocks.sources.constant import Constant
+from proofmass.graphs.model.call_numbers import real
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.design.proof.quantity_claims import both_ends
@@ -96,13 +97,13 @@ def change_rates(slow_change: str | Mapping[str, Any] | None, ranges: Sequence[R
 
 def _rate(text: Any, r: Range) -> float:
     try:
-        rate = abs(r.nominal) * (convert(text, "1/s") if isinstance(text, str) else float(text))
+        rate = abs(r.nominal) * (convert(text, "1/s") if isinstance(text, str) else real(text))
     except UnitError:
         try:
             rate = convert(text, f"({r.unit})/s" if r.unit else "1/s")
         except UnitError as error:
             raise Refusal(f"is not a rate of change: {error}", _WRITE) from None
-    except (TypeError, ValueError):
+    except TypeError:
         raise Refusal("is not a rate of change", _WRITE, got=shown(text)) from None
     if not (math.isfinite(rate) and rate > 0.0):
         hint = "give its rate in its unit per time" if r.nominal == 0.0 else _WRITE

@@ -4,8 +4,10 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from proofmass.blocks.declaration.parameter import plain
 from proofmass.blocks.declaration.problem import Problem, Refusal, shown
 from proofmass.blocks.declaration.units import convert
+from proofmass.graphs.model.call_numbers import real
 from proofmass.graphs.model.flatten import inside
 from proofmass.graphs.model.quantities import checked_quantity
 from proofmass.runner.design.proof.claim import PEAK, RMS, SCALE_FACTOR, Claim
@@ -67,6 +69,7 @@ def both_ends(limits: Any, unit: str) -> tuple[float, float]:
 
 def _ends(limits: Any, unit: str) -> list[tuple[float, bool]]:
     """Return limits in a unit, and whether each is an upper one; raises `Refusal`."""
+    limits = plain(limits)
     if isinstance(limits, str) and _DOTS in limits:
         limits = [part.strip() for part in limits.split(_DOTS)]
     if limits in (None, ""):
@@ -82,10 +85,10 @@ def _ends(limits: Any, unit: str) -> list[tuple[float, bool]]:
 def number_of(end: Any, unit: str) -> float:
     """Return a limit in a unit; raises `Refusal`."""
     try:
-        return convert(end, unit) if isinstance(end, str) else float(end)
+        return convert(end, unit) if isinstance(end, str) else real(end)
     except Refusal as error:
         raise error.under("", end, f"a quantity in {unit}") from None
-    except (TypeError, ValueError):
+    except TypeError:
         raise Refusal("must be a number", _WRITE, got=shown(end)) from None
 
 

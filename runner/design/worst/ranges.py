@@ -10,6 +10,7 @@ from proofmass.blocks.declaration.unit_expressions import UnitError
 from proofmass.blocks.declaration.units import convert, short_unit
 from proofmass.graphs.checks.check import checked
 from proofmass.graphs.model.adjustable import Adjustable
+from proofmass.graphs.model.call_numbers import real
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study_tables import StudyTables
 
@@ -84,20 +85,23 @@ def read_tolerances(graph: Graph, tolerances: Mapping[str, Any]) -> dict[str, To
 
 def _tolerance(name: str, written: object, nominal: float, unit: str) -> Tolerance:
     if isinstance(written, list | tuple) and len(written) == 2:
-        low, high = (convert(end, unit) if isinstance(end, str) else float(end) for end in written)
+        try:
+            low, high = (convert(end, unit) if isinstance(end, str) else real(end) for end in written)
+        except TypeError:
+            raise Refusal("must be two numbers", got=shown(written)) from None
         if not (math.isfinite(low) and math.isfinite(high)):
             raise Refusal("must be finite", got=f"{low:g} to {high:g}")
         if not low <= nominal <= high:
             raise Refusal("does not hold the value of the graph", got=f"{low:g} to {high:g}", expected=f"{nominal:g}")
         return Tolerance(name, short_unit(unit), ends=(low, high))
     try:
-        part = convert(written, "1") if isinstance(written, str) else float(written)  # type: ignore[arg-type]
+        part = convert(written, "1") if isinstance(written, str) else real(written)
         tolerance = Tolerance(name, short_unit(unit), part=part)
         width = abs(nominal) * part
     except UnitError:
         width = convert(str(written), unit)
         tolerance = Tolerance(name, short_unit(unit), width=width)
-    except (TypeError, ValueError):
+    except TypeError:
         raise Refusal("is not a tolerance", 'write "5 %", or a width with a unit', got=shown(written)) from None
     if not (math.isfinite(width) and width > 0.0):
         hint = "give its width in its unit" if nominal == 0.0 else 'write "5 %"'
