@@ -11,6 +11,7 @@ from proofmass.blocks.declaration.named_arguments import named_arguments
 from proofmass.blocks.declaration.parameter import plain
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, collecting, did_you_mean, shown
 from proofmass.graphs.formulas.formula import Formula, is_formula
+from proofmass.graphs.model.call_numbers import plain_tables
 from proofmass.graphs.model.changes import moved, settled, with_parameters
 from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.formula_tables import bad_targets, read_formulas, read_measured, split_measures
@@ -130,7 +131,7 @@ class Graph(Value):
             message, hint = "give samples or duration, not both", "remove one of them"
             reader.problems.append(Problem(message=message, hint=hint, path=("samples",)))
         reader.problems += _bad_blocks(blocks, rates, offsets)
-        own_requirements, wrong = read_requirements(requirements)
+        own_requirements, wrong = read_requirements(plain_tables(requirements))
         reader.problems += wrong
         own_values, wrong = read_values(values, _taken(exports))
         reader.problems += wrong
@@ -144,7 +145,7 @@ class Graph(Value):
         rate, duration = (None if is_formula(of) else of for of in (rate, duration))
         rates = {name: of for name, of in rates.items() if not is_formula(of)}
         offsets = {name: of for name, of in offsets.items() if not is_formula(of)}
-        own_loops, wrong = read_loops(loops, _is_path)
+        own_loops, wrong = read_loops(plain_tables(loops), _is_path)
         reader.problems += [*_bad_exports(exports, own_values), *wrong]
         own_offsets = {
             block: reader.value(read_duration, offsets[block], "blocks", block, CLOCK_OFFSET)
@@ -164,7 +165,7 @@ class Graph(Value):
         reader.problems += () if reader.problems or MEASURES in blocks else bad_targets(own_formulas, own_measures)
         own_integration = DEFAULT_INTEGRATION
         with collecting(reader.problems):
-            own_integration = read_integration(integration)
+            own_integration = read_integration(plain_tables(integration))
         if reader.problems:
             told = with_nearest(reader.problems, blocks, wires)
             raise ModelError(list(map(place.placed, told)))

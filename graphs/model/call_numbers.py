@@ -2,7 +2,7 @@
 
 import math
 import numbers
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, TypeGuard
 
 from proofmass.blocks.declaration.parameter import plain
@@ -35,6 +35,16 @@ def frequencies_of(given: object) -> list[float]:
     return [float(value) for value in values]
 
 
+def plain_tables(given: Any) -> Any:
+    """Return tables and lists, however deep, with numbers and arrays of NumPy as Python has them."""
+    value = plain(given)
+    if isinstance(value, Mapping):
+        return {key: plain_tables(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return type(value)(map(plain_tables, value))
+    return value
+
+
 def whole(value: object) -> TypeGuard[int]:
     """Return whether a value is an integer, NumPy's too, and no truth value."""
     return isinstance(value, numbers.Integral) and not isinstance(value, bool)
@@ -48,7 +58,7 @@ def real(value: object) -> float:
     try:
         return float(own)
     except OverflowError:
-        return math.inf if own > 0 else -math.inf
+        raise TypeError("too large for a float") from None
 
 
 def positive(value: object) -> bool:

@@ -12,6 +12,7 @@ from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean, shown, under
 from proofmass.blocks.declaration.units import same_unit
+from proofmass.graphs.model.call_numbers import plain_tables
 from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.derived import measure_units
 from proofmass.graphs.model.flatten import flatten, inside
@@ -32,7 +33,7 @@ from proofmass.graphs.studies.epochs import (
     read_intervals,
     regular_ages,
 )
-from proofmass.graphs.studies.table_entries import checked_table, plain_tables, read_quantity, read_time
+from proofmass.graphs.studies.table_entries import checked_table, read_quantity, read_time
 
 _Entry = TypeVar("_Entry")
 

@@ -5,21 +5,10 @@ from collections.abc import Collection, Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
-from proofmass.blocks.declaration.parameter import plain
 from proofmass.blocks.declaration.problem import Problem, Refusal, shown, under
 from proofmass.blocks.declaration.units import convert, same_dimension, split_quantity
 from proofmass.graphs.model.hints import key_hint
 from proofmass.graphs.model.rates import read_duration
-
-
-def plain_tables(given: Any) -> Any:
-    """Return tables and lists, however deep, with numbers and arrays of NumPy as Python has them."""
-    value = plain(given)
-    if isinstance(value, Mapping):
-        return {key: plain_tables(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return type(value)(map(plain_tables, value))
-    return value
 
 
 def checked_table(table: object, keys: Mapping[str, str], example: str) -> Mapping[str, Any]:

@@ -9,6 +9,7 @@ from proofmass.blocks.declaration.parameter import plain
 from proofmass.blocks.declaration.problem import ModelError, Refusal, did_you_mean, shown
 from proofmass.graphs.checks.check import checked
 from proofmass.graphs.model.adjustable import Adjustable
+from proofmass.graphs.model.call_numbers import plain_tables
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import NOWHERE, Graph, Place
 from proofmass.graphs.model.keys import FREE_KEYS, GOAL_KEYS, TUNE_INTEGERS, TUNE_KEYS, Integer
@@ -16,7 +17,7 @@ from proofmass.graphs.model.quantities import QUANTITY_KEYS, YieldOf, read_quant
 from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_tables import StudyTables, read_decibels
-from proofmass.graphs.studies.table_entries import checked_table, plain_tables, read_flag, read_quantity
+from proofmass.graphs.studies.table_entries import checked_table, read_flag, read_quantity
 from proofmass.graphs.tuning.tuning import MOST_POINTS, Free, Goal, Tuning
 
 TuningTables = Mapping[str, Any]

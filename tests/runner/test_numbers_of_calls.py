@@ -118,6 +118,6 @@ def test_a_response_at_rest_has_a_table(frequencies: list[float]) -> None:
 
 
 def test_what_is_whole_and_what_is_positive() -> None:
-    assert [real(value) for value in (1, np.float32(0.5), 10**400, -(10**400))] == [1.0, 0.5, math.inf, -math.inf]
+    assert [real(value) for value in (1, np.float32(0.5), math.inf)] == [1.0, 0.5, math.inf]
     assert [whole(value) for value in (1, np.int64(1), True, 1.0, "1", None)] == [True, True, *[False] * 4]
     assert [positive(value) for value in (1, np.float64(0.5), 0, math.nan, "1", None)] == [True, True, *[False] * 4]

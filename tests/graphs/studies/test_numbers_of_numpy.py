@@ -8,16 +8,18 @@ import pytest
 from proofmass import Graph, Study
 from proofmass.blocks import Constant, Gain
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.tuning.build import tuning_of
 
-GRAPH = Graph(
-    name="an amplifier",
-    rate="1 kHz",
-    duration="2 ms",
-    blocks={"one": Constant(value=1.0), "first": Gain(gain=2.0), "second": Gain(gain=3.0)},
-    wires=["one.output -> first.input", "first.output -> second.input"],
-    measures={"last": {"signal": "second.output", "statistic": "last"}},
-)
+FACTS: dict[str, Any] = {
+    "name": "an amplifier",
+    "rate": "1 kHz",
+    "duration": "2 ms",
+    "blocks": {"one": Constant(value=1.0), "first": Gain(gain=2.0), "second": Gain(gain=3.0)},
+    "wires": ["one.output -> first.input", "first.output -> second.input"],
+    "measures": {"last": {"signal": "second.output", "statistic": "last"}},
+}
+GRAPH = Graph(**FACTS)
 
 
 def study(whole: Any, real: Any, listed: Any, true: Any) -> Study:
@@ -42,6 +44,19 @@ def test_a_study_takes_numbers_of_numpy() -> None:
     assert given.text() == plain.text()
     assert (given.runs, given.seed, given.limits, given.stop) == (3, 5, plain.limits, plain.stop)
     assert type(given.runs) is int
+
+
+@pytest.mark.defect("H915", before="`must be a number, got: np.float32(6.0)`, and so on", after="as Python's numbers")
+def test_a_graph_takes_numbers_of_numpy() -> None:
+    def made(whole: Any, real: Any) -> Graph:
+        return Graph(
+            **FACTS,
+            loops={"main": {"open_at": "first.output", "gain_margin": real(6.0)}},
+            requirements={"last": {"quantity": "last", "at_least": real(1.5), "at_most": whole(9)}},
+            integration={"substeps": whole(2)},
+        )
+
+    assert write_graph(made(np.int64, np.float32)) == write_graph(made(int, float))
 
 
 def test_a_tuning_takes_numbers_of_numpy() -> None:
