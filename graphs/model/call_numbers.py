@@ -53,7 +53,7 @@ def whole(value: object) -> TypeGuard[int]:
 def real(value: object) -> float:
     """Return a number, NumPy's too, as a float; raises `TypeError` for anything else, and for truth values."""
     own = plain(value)
-    if isinstance(own, bool) or not isinstance(own, int | float):
+    if isinstance(own, bool) or not isinstance(own, numbers.Real):
         raise TypeError("not a number")
     try:
         return float(own)
