@@ -103,7 +103,8 @@ class LateValues:
         turned = z[:, None, None] * np.eye(len(self._a)) - self._a.T
         columns = np.broadcast_to(self._rows.T + 0j, (len(z), *self._rows.T.shape))
         eyes = np.broadcast_to(np.eye(len(self._rows)), (len(z), len(self._rows), len(self._rows)))
-        return np.concatenate([np.linalg.solve(turned, columns).swapaxes(1, 2), eyes], axis=2)
+        both = np.concatenate([np.linalg.solve(turned, columns).swapaxes(1, 2), eyes], axis=2)
+        return np.asarray(both, dtype=np.complex128)
 
     def _eigenvalues(self, late: Any, z: Complex, resolved: Complex) -> Complex:
         """Return the eigenvalues of F, the smallest first, of values late by some at some places.

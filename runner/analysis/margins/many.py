@@ -352,8 +352,8 @@ def margins_alone(sensor: Plan, at: str, like: Course | None = None, over: bool 
     problems = [problem for answer in found if isinstance(answer, ModelError) for problem in answer.problems]
     if problems:
         return ModelError(problems)
-    known = ((one.verdict, {**one.required(), **one.elsewhere}) for one in found if isinstance(one, Margins))
-    return tuple(value for verdict, required in known for value in _values(verdict, required))
+    known = (_values(one.verdict, {**one.required(), **one.elsewhere}) for one in found if isinstance(one, Margins))
+    return tuple(value for values in known for value in values)
 
 
 def _values(verdict: Verdict, required: Mapping[str, float]) -> MarginValues:

@@ -122,6 +122,7 @@ class UnknownsSolver:
     def solved(self, begin: AnyArray) -> Solution:
         """Return the solution from a start: again with the noise left, until that settles and nothing holds it back."""
         values, best, free, weak = begin, self._least_squares(begin, _WEAK), False, _WEAK
+        rest = dict[str, float]()
         for number in range(_HELD):
             best = self._least_squares(values, weak) if number else best
             free = not self._held_back(best, values, weak)
