@@ -45,7 +45,7 @@ def read_time(entry: object, key: str, expected: str = "") -> Fraction:
 def read_values(values: object, key: str, unit: str) -> tuple[float, ...]:
     """A list of quantities."""
     if not isinstance(values, list | tuple) or not values:
-        raise Refusal("must be a list of values", key=key, got=shown(values), hint=f"write {key} = [1.0, 2.0]")
+        raise Refusal("must be a list of values", key=key, got=shown(values), hint="write a list, such as [1.0, 2.0]")
     return tuple(read_quantity({key: value}, key, unit) for value in values)
 
 

@@ -71,3 +71,10 @@ def test_a_tuning_takes_numbers_of_numpy() -> None:
 def test_what_is_no_number_is_refused(swept: Any) -> None:
     with pytest.raises(ModelError, match="must be a number"):
         Study(graph=GRAPH, runs=3, sweep={"one.value": swept})
+
+
+@pytest.mark.defect("H922", before="write  = [1.0, 2.0]", after="write a list, such as [1.0, 2.0]")
+def test_the_hint_at_a_list_is_whole() -> None:
+    with pytest.raises(ModelError) as caught:
+        Study(graph=GRAPH, runs=3, sweep={"one.value": 2.0})
+    assert caught.value.problems[0].hint == "write a list, such as [1.0, 2.0]"
