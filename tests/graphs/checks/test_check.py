@@ -9,12 +9,10 @@ from proofmass.blocks import (
     AnalogToDigital,
     Constant,
     Gain,
-    LowPass,
     MassSpringDamper,
     Product,
     ShiftRegister,
     SquareRoot,
-    Sum,
 )
 from proofmass.blocks.declaration.declare import Block, Input, param
 from proofmass.blocks.declaration.problem import ModelError
@@ -398,20 +396,3 @@ def test_a_block_that_is_not_there_is_one_problem_however_many_wires_name_it() -
     )
     found = [problem.message for problem in problems_of(text) if not problem.note]
     assert found.count("there is no block pusher") == 1
-
-
-@pytest.mark.defect(
-    "H920", before="to set the sum's unit, which was written, to 1", after="to set the filter's, which was not"
-)
-def test_the_unit_that_nobody_wrote_is_to_be_set() -> None:
-    """A filter works in any unit, and so does a sum: the sum has been told its unit."""
-    graph = Graph(
-        name="",
-        rate=1000,
-        blocks={"filter": LowPass(), "sum": Sum(unit="V"), "one": Constant(unit="V")},
-        wires=["filter.output -> sum.first", "one.output -> sum.second"],
-    )
-    with pytest.raises(ModelError) as caught:
-        checked(graph)
-    (problem,) = (each for each in caught.value.problems if "units" in each.message)
-    assert problem.hint.startswith('set output_unit = "V" under [blocks.filter], or put a Gain')

@@ -5,8 +5,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from proofmass.blocks.declaration.problem import Problem
+from proofmass.blocks import Constant, LowPass, Sum
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.checks.check import checked
 from proofmass.graphs.files.library import library_file
+from proofmass.graphs.model.build import Graph
 from tests.by_hand.graph_texts import check_text
 
 TEMPLATE = (
@@ -164,3 +167,20 @@ def test_the_line_that_a_hint_writes_is_right(right: str, wrong: str) -> None:
 def test_almost_every_misspelt_name_is_answered_by_a_name() -> None:
     hints = [" ".join(problem.hint for problem in problems(wrong)) for _, wrong, _ in MISSPELT]
     assert sum("did you mean" in hint for hint in hints) >= 0.95 * len(hints)
+
+
+@pytest.mark.defect(
+    "H920", before="to set the sum's unit, which was written, to 1", after="to set the filter's, which was not"
+)
+def test_the_unit_that_nobody_wrote_is_to_be_set() -> None:
+    """A filter works in any unit, and so does a sum: the sum has been told its unit."""
+    graph = Graph(
+        name="",
+        rate=1000,
+        blocks={"filter": LowPass(), "sum": Sum(unit="V"), "one": Constant(unit="V")},
+        wires=["filter.output -> sum.first", "one.output -> sum.second"],
+    )
+    with pytest.raises(ModelError) as caught:
+        checked(graph)
+    (problem,) = (each for each in caught.value.problems if "units" in each.message)
+    assert problem.hint.startswith('set output_unit = "V" under [blocks.filter], or put a Gain')
