@@ -2,7 +2,7 @@
 
 import math
 import numbers
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any, TypeGuard
 
 from proofmass.blocks.declaration.parameter import plain
@@ -26,13 +26,13 @@ def refuse_counts(**given: tuple[object, int, int]) -> None:
 
 def frequencies_of(given: object) -> list[float]:
     """Return a list of frequencies in Hz as floats; raises `ModelError` for anything else."""
-    listed = plain(given)
-    real = isinstance(listed, Iterable) and not isinstance(listed, str)
-    values: list[Any] = [plain(value) for value in listed] if real else [None]
-    if not all(isinstance(value, numbers.Real) and not isinstance(value, bool) for value in values):
+    try:
+        return [real(value) for value in plain(given)]
+    except TypeError:
         hint = "write frequencies=[1.0, 10.0], in Hz"
-        raise Problem(message="must be a list of numbers", key="frequencies", got=shown(given), hint=hint).error
-    return [float(value) for value in values]
+        raise Problem(
+            message="must be a list of numbers", key="frequencies", got=shown(given), hint=hint
+        ).error from None
 
 
 def plain_tables(given: Any) -> Any:
@@ -63,4 +63,7 @@ def real(value: object) -> float:
 
 def positive(value: object) -> bool:
     """Return whether a value is a number that is finite and above 0."""
-    return isinstance(value, numbers.Real) and not isinstance(value, bool) and 0.0 < float(value) < math.inf
+    try:
+        return 0.0 < real(value) < math.inf
+    except TypeError:
+        return False

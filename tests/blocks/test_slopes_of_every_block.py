@@ -1,4 +1,7 @@
-"""What each block does to small signals: machine code beside plain Python, and both beside differences of runs."""
+"""What each block does in whole ticks, memory and groups too: machine code, plain Python and differences of runs agree.
+
+`test_dual_blocks` holds functions of blocks alone.
+"""
 
 import random
 from collections.abc import Callable
