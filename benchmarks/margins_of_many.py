@@ -1,8 +1,9 @@
-"""Margins of many sensors of a spread lot: `python -m benchmarks.margins_of_many [SENSORS]`, 10,000 unless said.
+"""Margins of many sensors of a spread lot: `python -m benchmarks.margins_of_many [SENSORS [GRAPH]]`, 10,000 unless said.
 
 For each graph the processor time of all, of one, of one by the certified path, and the largest relative difference
 of a figure between both over a hundred sensors, ten of those that settle first. Loops with several values of the wire
-in a period take that path, and gyroscopes run for a second: they are those of a hundredth of the sensors.
+in a period take that path, and gyroscopes run for a second: they are those of a hundredth of the sensors. Of one graph
+that is named all sensors are taken.
 """
 
 import os
@@ -54,11 +55,11 @@ def _is_number(block: object, name: str) -> bool:
 
 def main(arguments: Sequence[str]) -> None:
     """Print the table."""
-    count = int(arguments[0]) if arguments else 10_000
+    count, chosen = int(arguments[0]) if arguments else 10_000, arguments[1:]
     print(f"{'graph':29} {'sensors':>8} {'all':>9} {'each':>9} {'certified':>10} {'difference':>11}")
-    for name, (at, names) in _GRAPHS.items():
+    for name, (at, names) in {name: _GRAPHS[name] for name in chosen or _GRAPHS}.items():
         planned = plan(lagging() if name == _LAGGING else read_graph(f"library:{name}"))
-        number = count if names else max(1, count // _PART)
+        number = count if names or chosen else max(1, count // _PART)
         sensors = sensors_of(planned, names, number)
         many = ManyMargins(planned, at)
         began = time.process_time()
