@@ -1,4 +1,4 @@
-"""Margins of many sensors of a spread lot: `python -m benchmarks.margins_of_many [SENSORS [GRAPH]]`, 10,000 unless said.
+"""Margins of many sensors of a spread lot: `python -m benchmarks.margins_of_many [SENSORS [GRAPH]]`, 10,000 unsaid.
 
 For each graph the processor time of all, of one, of one by the certified path, and the largest relative difference
 of a figure between both over a hundred sensors, ten of those that settle first. Loops with several values of the wire
