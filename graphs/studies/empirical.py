@@ -78,6 +78,6 @@ def _value(row: Sequence[str], place: int, line: int, scale: Fraction, file: str
         if number and math.isfinite(number) and scale != 1:
             over, under = Decimal(text).as_integer_ratio()
             number = over * scale.numerator / (under * scale.denominator)
-        if math.isfinite(number):
+        if math.isfinite(number) and (number or not Decimal(text)):  # what is too small is not zero
             return number
     raise Refusal(f"{file}, line {line}: not a number", key="file", got=shown(text))
