@@ -8,7 +8,7 @@ import builtins
 import types
 from collections.abc import Callable, Hashable, Iterator, Mapping, MutableMapping, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -19,7 +19,7 @@ from proofmass.graphs.model.build import read_probe
 from proofmass.graphs.model.graph import split
 from proofmass.runner.analysis.linearisation.map_blocks import upstream_of
 from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
-from proofmass.runner.derivatives.dual_noise import given
+from proofmass.runner.derivatives.dual_noise import OneBitGain, given
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.bindings import Deviate
 from proofmass.runner.plan.planned import Plan
@@ -30,6 +30,7 @@ from proofmass.runner.run.simulate import RunOptions, simulate_plan
 
 FEWEST, MOST, SETTLING = 1 << 19, 1 << 22, 1 << 14  # decisions that count, and before them
 _MOST_CALLS = 200_000_000  # of functions of blocks
+_PLACES = 32  # in a run, at which the decisions that count may begin
 _LEFT = 0.5  # part of the ticks of runs that are to be left for a later tick
 _SHOWN = 1 << 18  # decisions whose sources of noise are drawn once more
 _PORT = "value_that_is_quantised"
@@ -43,18 +44,32 @@ class Decisions(NamedTuple):
     sources: Sequence[Array] = ()
 
     def settled(self, number: int) -> "Decisions":
-        """Return those after a number of decisions and as many as a loop takes to settle; of few the second half."""
-        first = min(number + SETTLING, len(self.values) // 2)
+        """Return those after a number of decisions and as many as a loop takes to settle; of few the second half.
+
+        They begin at one of few places in a run, so that operating points near each other have the same.
+        """
+        apart = max(SETTLING, len(self.values) // _PLACES)
+        first = min(-(-(number + SETTLING) // apart) * apart, len(self.values) // 2)
         return Decisions(self.values[first:], self.levels[first:])
+
+
+@dataclass(frozen=True, eq=False)
+class TwoRuns:
+    """The decisions of a quantiser in two runs with different noise, and the gains that they show."""
+
+    first: Decisions
+    second: Decisions
+    gains: dict[bool, OneBitGain] = field(default_factory=dict)  # in a loop, or not
 
 
 @dataclass(frozen=True)
 class CompiledRuns:
-    """Runs from tick 0 to some ticks for the decisions from a first tick on, by block."""
+    """Two runs from tick 0 to some ticks for the decisions from a first tick on, by block."""
 
     decisions: Sequence[Mapping[str, Decisions]]  # without sources
     first: int
     ticks: int
+    settled: dict[Hashable, Mapping[str, TwoRuns]] = field(default_factory=dict)  # by how many decisions are left
 
 
 KeptRuns: TypeAlias = MutableMapping[Hashable, Any]  # `CompiledRuns` by blocks and span
@@ -72,11 +87,11 @@ def compiled_runs(
     tick: int,
     upstream: AbstractSet[str],
     ports: Mapping[str, str],
-    seeds: tuple[int, ...],
+    seeds: tuple[int, int],
     span: int,
     kept: KeptRuns,
-) -> list[dict[str, Decisions]] | None:
-    """Return the decisions of each block from a tick on with each seed.
+) -> Mapping[str, TwoRuns] | None:
+    """Return the decisions of each block from a tick on with two seeds.
 
     The runs last for a `span` of base ticks, if that is not too few decisions, or too many. Those
     that are `kept` of an earlier tick will do if they go on for long enough. None for a graph that
@@ -94,11 +109,15 @@ def compiled_runs(
         known = kept[key] = CompiledRuns(runs, tick, tick + ticks)
     strides = {name: plan.stride((name, port)) for name, port in ports.items()}
     settled = [{name: of.settled(tick // strides[name]) for name, of in run.items()} for run in known.decisions]
-    for seed, run, whole in zip(seeds, settled, known.decisions, strict=True):
-        name, of = next(iter(run.items()))
-        drawn = _drawn(plan, upstream, ports, seed, len(whole[name].values) - len(of.values), len(of.values))
-        run |= {name: of._replace(sources=drawn) for name, of in run.items()}
-    return settled
+    left = tuple(len(of.values) for of in settled[0].values())
+    if left not in known.settled:
+        whole = len(next(iter(known.decisions[0].values())).values)
+        drawn = [_drawn(plan, upstream, ports, seed, whole - left[0], left[0]) for seed in seeds]
+        first, second = (
+            {n: of._replace(sources=own) for n, of in run.items()} for run, own in zip(settled, drawn, strict=True)
+        )
+        known.settled[left] = {name: TwoRuns(first[name], second[name]) for name in ports}
+    return known.settled[left]
 
 
 def _drawn(

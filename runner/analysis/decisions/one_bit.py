@@ -19,7 +19,7 @@ import numpy as np
 from proofmass.blocks.arithmetic.rounding import two_level
 from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.decisions.compiled_decisions import Decisions
+from proofmass.runner.analysis.decisions.compiled_decisions import Decisions, TwoRuns
 from proofmass.runner.analysis.decisions.shaping import Shaping, is_white, shaping
 from proofmass.runner.analysis.decisions.standing_errors import without_standing
 from proofmass.runner.analysis.decisions.watched import recorded
@@ -107,7 +107,7 @@ def with_gains(about: Linearisation, noise: Noisy, outputs: list[Endpoint]) -> N
             records = recorded(plan, about.memory(), upstream, deciding, span, kept)
         except TickError as error:
             raise failed(plan, error).error from error
-        kept[key] = {n: tuple(_one_bit(*pair, n in looped) for pair in several) for n, several in records.items()}
+        kept[key] = {n: tuple(_gain_of(runs, n in looped) for runs in several) for n, several in records.items()}
     return dict(sorted({**noise, **kept[key]}.items()))
 
 
@@ -189,6 +189,13 @@ def _compared(plan: Plan, among: AbstractSet[str], outputs: list[Endpoint]) -> s
         (name, port, of.function) for name in among for port, of in type(plan.blocks[name]).output_functions.items()
     )
     return {name for name, port, function in ports if (name, port) in read and reaches(function, {two_level})}
+
+
+def _gain_of(runs: TwoRuns, looped: bool) -> OneBitGain:
+    """Return what two runs show, found once."""
+    if looped not in runs.gains:
+        runs.gains[looped] = _one_bit(runs.first, runs.second, looped)
+    return runs.gains[looped]
 
 
 def _one_bit(first: Decisions, second: Decisions, looped: bool) -> OneBit:

@@ -12,7 +12,13 @@ import numpy as np
 
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
-from proofmass.runner.analysis.decisions.compiled_decisions import Decisions, KeptRuns, compiled_runs, level_port
+from proofmass.runner.analysis.decisions.compiled_decisions import (
+    Decisions,
+    KeptRuns,
+    TwoRuns,
+    compiled_runs,
+    level_port,
+)
 from proofmass.runner.derivatives.dual_functions import LEVELS, compared, with_functions
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
@@ -22,7 +28,7 @@ DECISIONS, SETTLING = 16_384, 2_048  # of a quantiser that are counted, and befo
 _MOST_CALLS = 4_000_000  # of functions of blocks
 _FEW = 32  # decisions that show how many quantisers a block has
 
-Records = Mapping[str, list[tuple[Decisions, Decisions]]]  # of each block those of its quantisers in both runs
+Records = Mapping[str, list[TwoRuns]]  # of each block those of its quantisers
 
 
 def recorded(
@@ -40,9 +46,9 @@ def recorded(
     ports = {name: port for name in few if (port := level_port(type(plan.blocks[name]))) and len(few[name]) == 1}
     runs = compiled_runs(plan, begin.tick, upstream, ports, seeds, span, kept) if len(ports) == len(few) else None
     if runs is not None:
-        return {name: [(runs[0][name], runs[1][name])] for name in ports}
+        return {name: [of] for name, of in runs.items()}
     pair = [Watched(plan, begin.copy(), upstream, few.keys(), s).taken(DECISIONS, SETTLING) for s in seeds]
-    return {name: list(zip(pair[0][name], pair[1][name], strict=True)) for name in pair[0]}
+    return {name: [*map(TwoRuns, pair[0][name], pair[1][name])] for name in pair[0]}
 
 
 class Watched(PartInterpreter):

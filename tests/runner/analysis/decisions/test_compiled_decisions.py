@@ -1,6 +1,8 @@
 """Which sources of noise are recorded beside a quantiser of one bit."""
 
+from collections.abc import Hashable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -50,11 +52,13 @@ def test_sources_that_draw_a_number_at_each_decision() -> None:
     assert list(_sources(planned, set(planned.blocks) - {"elsewhere"}, {"bit": "sign"})) == ["hiss.output"]
 
 
-@pytest.mark.parametrize(("tick", "samples", "first"), [(0, 40, 16), (30, 41, 20), (2, 100, 18)])
+@pytest.mark.parametrize(
+    ("tick", "samples", "first"), [(0, 40, 16), (30, 41, 20), (2, 100, 32), (2, 1_024, 32), (17, 1_024, 64)]
+)
 def test_decisions_count_once_the_loop_has_settled(
     tick: int, samples: int, first: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """And in the second half of a run that is too short for that: each sum of the loop beside its sign."""
+    """From a multiple of 16 on, or of 1/32 of the run, or from its half: each sum of the loop beside its sign."""
     monkeypatch.setattr(compiled_decisions, "SETTLING", 16)
     graph, ports = modulator(), {"bit": "sign"}
     planned = plan(graph)
@@ -74,12 +78,28 @@ def test_sources_are_those_that_the_decisions_have_heard(tick: int, monkeypatch:
     heard = set(graph.blocks) - {"elsewhere"}
     runs = compiled_runs(plan(graph), tick, heard, {"bit": "sign"}, (3, 4), 0, {})
     assert runs is not None
-    first = tick + compiled_decisions.SETTLING
-    for seed, run in zip((3, 4), runs, strict=True):
+    run_for = tick + compiled_decisions.FEWEST + compiled_decisions.SETTLING
+    first = run_for - len(runs["bit"].first.values)
+    assert tick + compiled_decisions.SETTLING <= first < 0.1 * run_for
+    for seed, run in zip((3, 4), (runs["bit"].first, runs["bit"].second), strict=True):
         plain = simulate(replace(graph, probes=("hiss.output", "total.output")), samples=first + 100, seed=seed)
-        (drawn,) = run["bit"].sources
+        (drawn,) = run.sources
         np.testing.assert_array_equal(drawn, plain["hiss.output"].values[first:])
-        np.testing.assert_allclose(run["bit"].values[:100], plain["total.output"].values[first:], atol=1e-12)
+        np.testing.assert_allclose(run.values[:100], plain["total.output"].values[first:], atol=1e-12)
+
+
+def test_operating_points_near_each_other_have_the_same_decisions(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those from another place in the run on are others, and are drawn anew."""
+    monkeypatch.setattr(compiled_decisions, "_SHOWN", 100)
+    planned, kept = plan(modulator()), dict[Hashable, Any]()
+    heard = set(planned.blocks) - {"elsewhere"}
+    near, nearer, far = (
+        compiled_runs(planned, tick, heard, {"bit": "sign"}, (3, 4), 0, kept) for tick in (1, 400, 40_000)
+    )
+    assert near is nearer
+    assert near is not None
+    assert far is not None
+    assert len(far["bit"].first.values) < len(near["bit"].first.values)
 
 
 def test_short_spans_take_fewer_decisions_than_long_ones() -> None:
