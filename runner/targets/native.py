@@ -172,8 +172,13 @@ class CompiledLoop:
         return ((key, kind) for key, (kind, _) in self._written.memory.kinds.items())
 
     def wires(self, nodes: Sequence[Endpoint], last: int) -> Array:
-        """Run up to, not including, the tick `last`, and return what wires of one number hold: a row for each tick."""
-        return self.numbers([WireOf(*node) for node in nodes], last)
+        """Run up to, not including, the tick `last`, and return what wires of one number hold: a row for each tick.
+
+        They are those of the plan's probes, which record in each tick.
+        """
+        made: dict[Endpoint, AnyArray] = {p.node: np.zeros(last - self.tick, p.dtype) for p in self.plan.probes}
+        self.advance(last, [*made.values()])
+        return np.column_stack([made[node] for node in nodes]).astype(float)
 
     def numbers(self, keys: Sequence[Moving], last: int, every: int = 1) -> Array:
         """Run up to, not including, the tick `last`, and return some single numbers: a row for `every` tick."""

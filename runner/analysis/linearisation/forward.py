@@ -14,11 +14,12 @@ import numpy as np
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.limits import LARGEST_RUN
 from proofmass.runner.analysis.linearisation.rings import Entry, Rings
+from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.keys import StateField
 from proofmass.runner.plan.memory import Engine, Memory, start
-from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.planned import Plan, PlannedProbe
 from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.reference.part import PartInterpreter
 from proofmass.runner.run.engines import choose, make_engine
@@ -51,7 +52,8 @@ class Forward:
         progress: Progress | None = None,
         code: "MachineCode | None" = None,
     ) -> None:
-        self._plan, self.progress, self._code = replace(plan, probes=()), progress, code or MachineCode(plan)
+        self._plan, self.progress = replace(plan, probes=()), progress
+        self._code = code or MachineCode(self._plan)
         begin = memory or start(plan)
         self._engine = self._code.run(self._plan, begin, 0) if self._code.known else self._python(begin)
         self.tick, self._spent, self._chunk = begin.tick, 0.0, 16
@@ -108,7 +110,7 @@ class MachineCode:
     """Machine code of a plan and of all that differ from it in numbers alone, made when it is first wanted."""
 
     def __init__(self, plan: Plan) -> None:
-        self._plan = replace(plan, probes=())
+        self._plan = plan
         self.known: CompiledPlan | None = None
         self._quick = False  # it is not optimised
 
@@ -179,11 +181,13 @@ class Course:
         self._onward = dict[int, Onward]()
         self._slopes: dict[bool, list[SlopeCode]] = {False: [], True: []}  # without and with noise
         self._has_slopes: bool | None = None
-        self._parts = dict[frozenset[str], MachineCode]()
-        self._noisy, self._asked, self._noisy_code = plan, 0, MachineCode(plan)
+        self._parts = dict[Hashable, MachineCode]()
+        self._noisy, self._asked, self._noisy_code = plan, 0, MachineCode(replace(plan, probes=()))
         self._few = 0 if many else _FEW
         self.like = like if like is not None and self.plan.same_sizes(like.plan) else None
-        self._code: MachineCode = self.like._code if self.like is not None else MachineCode(self.plan)
+        self._code: MachineCode = (
+            self.like._code if self.like is not None else MachineCode(replace(self.plan, probes=()))
+        )
 
     def slopes(
         self, ticks: int = LARGEST_RUN, noise: bool = False, blocks: AbstractSet[str] = frozenset()
@@ -248,10 +252,16 @@ class Course:
             return None
         return self._code.run(replace(self.plan, probes=()), memory.copy(), ticks)
 
-    def part_in_code(self, memory: Memory, ticks: int, blocks: AbstractSet[str]) -> "CompiledLoop | None":
-        """Return such a run of some blocks alone, which depend on no others."""
-        part, key = self.plan.part(blocks), frozenset(blocks)
-        code = (self.like or self)._parts.setdefault(key, MachineCode(part))
+    def part_in_code(
+        self, memory: Memory, ticks: int, blocks: AbstractSet[str], nodes: Sequence[Endpoint]
+    ) -> "CompiledLoop | None":
+        """Return such a run of some blocks alone, which depend on no others, that records what wires hold."""
+        dtypes = [type(self.plan.blocks[name]).outputs[port].dtype for name, port in nodes]
+        probes = [
+            PlannedProbe(f"{n}.{p}", (n, p), 1, held_as(t), (), "", "") for (n, p), t in zip(nodes, dtypes, strict=True)
+        ]
+        part = replace(self.plan.part(blocks), probes=tuple(probes))
+        code = (self.like or self)._parts.setdefault((frozenset(blocks), *nodes), MachineCode(part))
         return code.run(part, memory.copy(), ticks) if code.pays(ticks) else None
 
     def from_memory(self, memory: Memory | None) -> Forward:
@@ -308,7 +318,7 @@ class Onward:
             run, rows = self._recorded.get(key, (None, none))
             if len(rows) < ticks:
                 asked = not timed and (run is None or isinstance(run, Alone))
-                code = self.course.part_in_code(self.begin, ticks, alone) if asked else None
+                code = self.course.part_in_code(self.begin, ticks, alone, nodes) if asked else None
                 run, rows = (
                     (code, none)
                     if code

@@ -1,10 +1,13 @@
 """Machine code of a course: written once, also of a part, whose runs are those of the whole."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from proofmass import read_graph
 from proofmass.runner.analysis.linearisation.forward import Course, MachineCode
+from proofmass.runner.plan.keys import WireOf
 from proofmass.runner.plan.memory import start
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.program import tick
@@ -45,18 +48,18 @@ def test_sources_alone_say_what_they_say_in_the_whole() -> None:
     planned = plan(read_graph("library:chopped_accelerometer"))
     course, alone = Course(planned), {"excitation", "phases", "acceleration"}
     nodes = [(name, port) for name in sorted(alone) for port in type(planned.blocks[name]).outputs]
-    part = course.part_in_code(course.at(0), 1_000_000, alone)
+    part = course.part_in_code(course.at(0), 1_000_000, alone, nodes)
     whole = course.machine_code(course.at(0), 1_000_000)
     assert part is not None
     assert whole is not None
     said = part.wires(nodes, 3_000)
     assert np.ptp(said, axis=0).any()
-    np.testing.assert_array_equal(said, whole.wires(nodes, 3_000))
+    np.testing.assert_array_equal(said, whole.numbers([WireOf(*node) for node in nodes], 3_000))
 
 
 def test_code_of_short_runs_is_optimised_for_a_long_one() -> None:
     """The bits stay, and runs that follow have the better code."""
-    planned = plan(read_graph("library:chopped_accelerometer"))
+    planned = replace(plan(read_graph("library:chopped_accelerometer")), probes=())
     code = MachineCode(planned)
     runs = [code.run(planned, start(planned), ticks) for ticks in (1_000, 1_000_000)]
     assert code.is_outgrown(1_000_000) is False
