@@ -123,11 +123,12 @@ class OrbitSearch:
         at_instants = self._at_instants(first) if open_here and self._looks_ahead else None
         if at_instants is not None:
             return at_instants
-        changes = self._waiting.changes(self._run.after, self._horizon(first))
+        horizon = self._horizon(first)
+        changes = self._waiting.changes(self._run.after, horizon)
         changes = sorted({*changes, *(wraps - 1 for wraps in self._run.rings.wraps() if wraps > 1)})
         if not changes and self._waiting.stands() and not self._run.moves():
             return OrbitPoint(first, 1)
-        apart = self._waiting.apart(self._horizon(first))
+        apart = self._waiting.apart(horizon)
         if all(self._same(first, self._run.map(look)) for look in (1, *changes)) and all(
             self._compared.change(first, self._run.map(look)) <= NOTED for look in apart
         ):
