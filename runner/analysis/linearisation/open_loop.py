@@ -8,7 +8,7 @@ wire.
 
 import cmath
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -42,6 +42,10 @@ class OpenLoop:
     variation: Variation | None = None
     ticks: int = 1  # of a period
     hidden: tuple[complex, ...] = ()  # poles over the period no factor moves and the map leaves out
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the fields alone: what follows from them is found again, since exact numbers are not pickled."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     def noted(self, *notes: str) -> "OpenLoop":
         """Return the loop with more notes on its operating point."""
