@@ -14,6 +14,7 @@ from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_tables import StudyTables
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.margins import Margins
+from proofmass.runner.analysis.margins.text import operating_point
 from proofmass.runner.analysis.several.over import MarginsOver, margins_over, margins_over_age, spread_evenly
 from proofmass.runner.analysis.several.plot import plot_over, plot_together
 from proofmass.runner.analysis.several.together import Together, margins_together
@@ -35,7 +36,7 @@ def _together_lines(together: Together) -> list[str]:
     named = ", ".join(f"{name} at {place}" for name, place in zip(together.loops, together.open_at, strict=True))
     lines = [f"{len(together.loops)} loops at once: {named}"]
     if together.margin is None:
-        return [*lines, f"  the loops are {together.verdict}", *(f"  note: {note}" for note in together.notes)]
+        return [*lines, f"  the loops are {together.verdict}", *_notes(together)]
     gain = together.gain or math.inf
     gains = "by any factor" if math.isinf(gain) else f"by +-{20.0 * math.log10(gain):.3g} dB"
     lines.append(f"  disk margin {together.margin:.5g}, least at {together.frequency:.5g} Hz")
@@ -44,8 +45,8 @@ def _together_lines(together: Together) -> list[str]:
     if together.reached is not None and together.reached > together.margin * (1.0 + 1e-6):
         known = "  it is at least that; a perturbation that makes the loops unstable is known at"
         lines.append(f"{known} {together.reached:.5g}")
-    factors = [f"{n} {_polar(f)}" for n, f in zip(together.loops, together.factors, strict=True)]
-    lines.append(f"  these factors make them unstable: {', '.join(factors)}")
+    factors = [f"{n} {_polar(f)}" for n, f in zip(together.loops, together.factors, strict=False)]
+    lines += [f"  these factors make them unstable: {', '.join(factors)}"] * bool(factors)
     alone = ((n, f"{v:.5g}") for n, v in zip(together.loops, together.alone, strict=True))
     lines += [f"  {line}" for line in text_table([("loop", "disk margin alone"), *alone], left=(0,), indent=2)]
     lines.append(f"  with perturbations between the wires too: {together.unstructured:.5g}")
@@ -53,7 +54,12 @@ def _together_lines(together: Together) -> list[str]:
         cells = [(n, *(_level(value) for value in row)) for n, row in zip(together.loops, peaks.tolist(), strict=True)]
         lines += [f"  peaks of {title}, to a row from a disturbance at a column"]
         lines += [f"    {line}" for line in text_table([("", *together.loops), *cells], left=(0,))]
-    return [*lines, *(f"  note: {note}" for note in together.notes)]
+    return [*lines, *_notes(together)]
+
+
+def _notes(together: Together) -> list[str]:
+    place = operating_point(together.tick, together.time, together.told)
+    return [f"  linearised at {place}", *(f"  note: {note}" for note in together.notes)]
 
 
 def _level(value: float) -> str:

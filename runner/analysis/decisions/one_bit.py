@@ -24,9 +24,9 @@ from proofmass.runner.analysis.decisions.shaping import Shaping, is_white, shapi
 from proofmass.runner.analysis.decisions.standing_errors import without_standing
 from proofmass.runner.analysis.decisions.watched import recorded
 from proofmass.runner.analysis.linearisation.ends import Ends
-from proofmass.runner.analysis.linearisation.linearisation import Linearisation, of_wires
+from proofmass.runner.analysis.linearisation.linearisation import Linearisation
 from proofmass.runner.analysis.linearisation.map_blocks import upstream_of
-from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop, of_wires
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
 from proofmass.runner.derivatives.dual_noise import NOTHING, ONE_BIT, Noisy, OneBitGain, noise_blocks
@@ -149,23 +149,23 @@ def _filtered(whole: PeriodMap, columns: list[int], by: Shaping, name: str, numb
     )
 
 
-def loop_through_bits(about: Linearisation, node: Endpoint) -> OpenLoop | None:
-    """Return the loop through an output with the gains that its quantisers of one bit have in a
-    run; None without such.
+def loop_through_bits(about: Linearisation, *nodes: Endpoint) -> OpenLoop | None:
+    """Return the loop through an output, or the loops through several, with the gains that
+    quantisers of one bit have there in a run; None without such.
 
     A gain depends on what is quantised: the loop is that of signals which are small beside it.
     """
-    gains = with_gains(about, NOTHING, [node])
+    gains = with_gains(about, NOTHING, [*nodes])
     known = [(name, one) for name, several in gains.items() for one in several if isinstance(one, OneBit) and one.gain]
     if not known:
         return None
-    whole = about.map([node], [node], cut=True, noise=gains)
+    whole = about.map(nodes, nodes, cut=True, noise=gains)
     notes = tuple(
         f"{name}: one bit counts as a gain of {one.gain:.3g}, that of {one.decisions:,} decisions in a run; another"
         " factor at the wire makes it another gain"
         for name, one in known
     )
-    return of_wires(Ends((node,), (node,)).wires_of(whole), about.plan.period, notes)
+    return of_wires(Ends(nodes, nodes).wires_of(whole), about.plan.period, notes)
 
 
 def _deciding(plan: Plan, upstream: AbstractSet[str], outputs: list[Endpoint]) -> set[str]:

@@ -18,8 +18,6 @@ from fractions import Fraction
 from itertools import islice
 from typing import TypeVar
 
-import numpy as np
-
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.loops import AUTO, PERIODIC, SETTLED
@@ -31,10 +29,9 @@ from proofmass.runner.analysis.linearisation.forward import Course, Onward
 from proofmass.runner.analysis.linearisation.growth import makes_growth, starts_up
 from proofmass.runner.analysis.linearisation.left_points import LONGEST, is_left
 from proofmass.runner.analysis.linearisation.map_blocks import MOST_VALUES, coarse_blocks, too_many
-from proofmass.runner.analysis.linearisation.map_changes import variation
 from proofmass.runner.analysis.linearisation.no_loop import no_gain, not_periodic, not_within
 from proofmass.runner.analysis.linearisation.numbers import time_text
-from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop, of_wires
 from proofmass.runner.analysis.linearisation.orbit import FROZEN, STARTS_UP, OrbitPoint, OrbitSearch, turning
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.periodic import OperatingPoint, PeriodicPoint, periodic_point
@@ -263,39 +260,54 @@ class OperatingPoints:
     def about_loop(
         self, node: Endpoint, by_parameters: bool = False, otherwise: "Otherwise | None" = None
     ) -> tuple[Linearisation, OpenLoop]:
-        """Return the loop through an output as `loop` does, and what it is taken from.
+        """Return the loop through an output as `loop` does, and what it is taken from."""
+        about, (system,) = self.about_loops([node], by_parameters, otherwise)
+        return about, system
+
+    def about_loops(
+        self,
+        nodes: Sequence[Endpoint],
+        by_parameters: bool = False,
+        otherwise: "Otherwise | None" = None,
+        joint: "Joint | None" = None,
+    ) -> tuple[Linearisation, Sequence[OpenLoop]]:
+        """Return the loops through some outputs at one point, each while the others are closed, and the point.
+
+        Behind them is what is opened at all of them at once, where that is asked for as `joint`.
 
         A loop that makes growth itself may settle elsewhere. An oscillation that something else
         bounds, such as the range of a converter, does not make it stable: its verdict is that of
         the start.
         """
-        starting: list[tuple[Linearisation, OpenLoop]] = []
+        starting: list[tuple[Linearisation, Sequence[OpenLoop]]] = []
 
-        def loop(about: Linearisation) -> OpenLoop:
+        def loop(about: Linearisation, node: Endpoint) -> OpenLoop:
             try:
-                return about.loop(node, by_parameters)
+                system = about.loop(node, by_parameters)
             except ModelError:
                 at_the_start = any(about is start for start in self._starts.values())
-                system = otherwise(about, node) if otherwise and not at_the_start else None
-                if system is None:
+                through = otherwise(about, node) if otherwise and not at_the_start else None
+                if through is None:
                     raise
-                return system
+                system = through
+            if self.at == AUTO and not starts_up(system) and self._leaves(about, system, node):
+                system = replace(system, map=replace(system.map, starting=True, notes=(STARTS_UP,)))
+            return system
 
-        def ask(about: Linearisation) -> tuple[Linearisation, OpenLoop]:
-            bounded = bool(starting) and about.at != SETTLED and makes_growth(starting[0][1])
-            found = starting[0] if bounded else (about, loop(about))
-            if self.at == AUTO and not bounded and not starts_up(found[1]) and self._leaves(*found, node):
-                whole = replace(found[1].map, starting=True, notes=(STARTS_UP,))
-                found = about, replace(found[1], map=whole)
-            if self.at == AUTO and not bounded and starts_up(found[1]):
-                starting.append(found)
-                raise self.plan.graph.placed(no_gain(node)).error
-            return found
+        def ask(about: Linearisation) -> tuple[Linearisation, Sequence[OpenLoop]]:
+            if starting and about.at != SETTLED and any(map(makes_growth, starting[0][1])):
+                return starting[0]
+            systems = [loop(about, node) for node in nodes]
+            systems += [joint(about, systems)] if joint else []
+            if self.at == AUTO and any(map(starts_up, systems)):
+                starting.append((about, systems))
+                raise self.plan.graph.placed(no_gain(nodes[0])).error
+            return about, systems
 
         try:
             return self.answered(ask)
         except ModelError:
-            lasting = [one for one in starting if not one[1].map.starting]
+            lasting = [one for one in starting if not any(system.map.starting for system in one[1])]
             end = self._known.get(_END)
             if not starting:
                 with suppress(ModelError):  # what no later point closes may close for instants
@@ -364,6 +376,7 @@ class OperatingPoints:
 
 
 Otherwise = Callable[[Linearisation, Endpoint], OpenLoop | None]
+Joint = Callable[[Linearisation, Sequence[OpenLoop]], OpenLoop]
 _LEFT = "the run does not end here, and what holds at its end is another: name a time, such as --at '1 s'"
 _END = "end"
 _WAYS = (AUTO, SETTLED, PERIODIC)
@@ -381,19 +394,3 @@ def tick_of_time(plan: Plan, at: At) -> int:
     except Refusal as error:
         hint = f'write a time, as "20 ms", "{AUTO}", "{SETTLED}" or "{PERIODIC}"'
         raise Problem(message=str(error), key="at", got=str(at), hint=hint).error from None
-
-
-def of_wires(whole: PeriodMap, tick: float, notes: Sequence[str] = ()) -> OpenLoop:
-    """Return the sampled loop of a map that is cut at wires, and by how much it changes; a `tick` is in seconds."""
-    between = whole.between()
-    between = replace(between, later=(), notes=(*between.notes, *notes))
-    ticks = round(between.period / tick)
-    alike = all(later.states == whole.states for later in whole.later)
-    if not whole.later or not alike or not between.states:
-        return OpenLoop(between, ticks=ticks)
-    kept = [whole.states.index(state) for state in between.states]
-    closed, *after = (
-        np.real(OpenLoop(one).closed()) for one in (between, *(later.kept(kept) for later in whole.later))
-    )
-    moves = any((matrix != closed).any() for matrix in after)
-    return OpenLoop(between, variation=variation(closed, after) if moves else None, ticks=ticks)

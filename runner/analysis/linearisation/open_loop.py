@@ -8,6 +8,7 @@ wire.
 
 import cmath
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
@@ -17,6 +18,7 @@ import numpy.typing as npt
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
+from proofmass.runner.analysis.linearisation.map_changes import variation
 from proofmass.runner.analysis.linearisation.on_circle import OnCircle
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.poles import Variation, parts_of
@@ -320,3 +322,19 @@ class TransferMatrix:
     def _later(self) -> npt.NDArray[Any]:
         """Sums of the diagonals: answers within the period, by how many values they are late."""
         return np.array([np.trace(self._direct, -k) for k in range(len(self._direct))])
+
+
+def of_wires(whole: PeriodMap, tick: float, notes: Sequence[str] = ()) -> OpenLoop:
+    """Return the sampled loop of a map that is cut at wires, and by how much it changes; a `tick` is in seconds."""
+    between = whole.between()
+    between = replace(between, later=(), notes=(*between.notes, *notes))
+    ticks = round(between.period / tick)
+    alike = all(later.states == whole.states for later in whole.later)
+    if not whole.later or not alike or not between.states:
+        return OpenLoop(between, ticks=ticks)
+    kept = [whole.states.index(state) for state in between.states]
+    closed, *after = (
+        np.real(OpenLoop(one).closed()) for one in (between, *(later.kept(kept) for later in whole.later))
+    )
+    moves = any((matrix != closed).any() for matrix in after)
+    return OpenLoop(between, variation=variation(closed, after) if moves else None, ticks=ticks)

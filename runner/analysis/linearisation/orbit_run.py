@@ -135,13 +135,15 @@ class OrbitRun:
         return dict(self.rings.states_of(memory, self.names))
 
     def crossovers(self, of_period: PeriodMap) -> list[float]:
-        """Return where |L| of a loop is about 1, in Hz."""
-        if not self._ends.cut:
-            return []
-        system = OpenLoop(self._ends.wires_of(of_period).between())
-        w = np.geomspace(1e-9, 0.999, 900) * math.pi / system.sample
-        above = np.abs(system.response(w)) > 1.0
-        return [float(w[i]) / (2.0 * math.pi) for i in np.flatnonzero(above[:-1] != above[1:])]
+        """Return where |L| of a loop is about 1, in Hz, from the lowest on; of several, where that of one is."""
+        crossovers = list[float]()
+        for node in self._ends.inputs if self._ends.cut else ():
+            ends = replace(self._ends, inputs=(node,), outputs=(node,))
+            system = OpenLoop(ends.wires_of(of_period).between())
+            w = np.geomspace(1e-9, 0.999, 900) * math.pi / system.sample
+            above = np.abs(system.response(w)) > 1.0
+            crossovers += [float(w[i]) / (2.0 * math.pi) for i in np.flatnonzero(above[:-1] != above[1:])]
+        return sorted(crossovers)
 
     def forgotten(self, first: PeriodMap, longest: int) -> int:
         """Return the number of periods in which a loop forgets itself; 0 if they are too many.

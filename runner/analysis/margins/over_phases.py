@@ -15,8 +15,8 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.loops import SETTLED
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Course, Onward
-from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints, of_wires
-from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop, of_wires
 from proofmass.runner.analysis.linearisation.orbit import FROZEN, OrbitPoint
 from proofmass.runner.analysis.linearisation.orbit_run import OrbitRun
 from proofmass.runner.analysis.linearisation.rings import Entry

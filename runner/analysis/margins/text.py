@@ -25,14 +25,14 @@ def margins_text(margins: Margins) -> str:
     poles = [pole for pole in margins.slowest if pole.value.imag >= 0.0][:_SLOWEST]
     turns = [abs(margins.system.turn(pole.value)) for pole in poles] if margins.period else [0.0] * len(poles)
     slowest = "; ".join(pole_text(pole, margins.period, turn) for pole, turn in zip(poles, turns, strict=True))
-    count = len(margins.slowest)
+    count, point = len(margins.slowest), margins.system.map
     rows = [(_VERDICTS[margins.verdict], f"slowest of {count} closed-loop poles: {slowest}" if count else "no poles")]
     rows += _limits(margins) if margins.stable else _way_back(margins)
     rows += [
         ("gain crossovers", _lowest(margins.gain_crossovers)),
         ("phase crossovers", _lowest(margins.phase_crossovers)),
         *(("left out", str(mode)) for mode in margins.hidden),
-        ("linearised at", _operating_point(margins)),
+        ("linearised at", operating_point(point.tick, point.time, point.told)),
         *(("note", note) for note in margins.system.map.notes),
     ]
     return "\n".join([head, *(f"  {name:<17} {text}" for name, text in rows)])
@@ -149,9 +149,9 @@ def _delay(margins: Margins, delay: float) -> str:
     return f"{text} ({delay / margins.sample:.2f} samples){more}"
 
 
-def _operating_point(margins: Margins) -> str:
-    point = margins.system.map
-    return f"tick {point.tick:,}, t = {seconds_text(point.time)}" + (f": {point.told}" if point.told else "")
+def operating_point(tick: int, time: float, told: str) -> str:
+    """Return the place in a run at which loops are linearised, and how it was found."""
+    return f"tick {tick:,}, t = {seconds_text(time)}" + (f": {told}" if told else "")
 
 
 def _or_none(value: float | None, text: Any) -> str:

@@ -24,10 +24,12 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.loops import AUTO
+from proofmass.runner.analysis.decisions.one_bit import loop_through_bits
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group
-from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints, of_wires
+from proofmass.runner.analysis.linearisation.ends import Ends
+from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import loop_nodes, one_loop
-from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop, of_wires
 from proofmass.runner.analysis.linearisation.poles import Verdict
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.analysis.margins.lifted_modes import seen
@@ -44,6 +46,9 @@ _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 _NARROW = 1e-5  # of a frequency, to which a peak is found: of its height a part of 1e-10
 _CLOSE = 1e-7  # of bounds while a peak is looked for
 _PEAKS = 4  # that are refined
+MOST_VALUES = 256  # of all wires in a period: so many take half a minute
+_TOO_MANY = "the loops have too many values in their common period to be perturbed together"
+_WITHOUT_LIMIT = 1e9  # a factor that counts as infinite: at this frequency nothing comes back
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -56,7 +61,7 @@ class Together:
     margin: float | None = None  # all factors up to it leave the loops stable; None if they are not
     reached: float | None = None  # a combination of factors of this size makes them unstable
     frequency: float | None = None  # Hz, where the margin is least
-    factors: tuple[complex, ...] = ()  # of that combination, a factor for each wire
+    factors: tuple[complex, ...] = ()  # of that combination, one for each wire; none if one is infinite
     alone: tuple[float, ...] = ()  # disk margin of each loop
     unstructured: float | None = None  # margin that perturbations between the wires would leave
     frequencies: Array = field(default_factory=lambda: np.zeros(0))  # Hz
@@ -66,6 +71,9 @@ class Together:
     sensitivities: Array = field(default_factory=lambda: np.zeros((0, 0)))
     complementary: Array = field(default_factory=lambda: np.zeros((0, 0)))
     notes: tuple[str, ...] = ()
+    tick: int = 0  # of the operating point
+    time: float = 0.0  # s
+    told: str = ""  # how it was found
 
     @property
     def gain(self) -> float | None:
@@ -85,6 +93,7 @@ class Together:
         return {
             "loops": dict(zip(self.loops, self.open_at, strict=True)),
             "verdict": self.verdict,
+            "operating_point": {"tick": self.tick, "time_s": self.time, "found": self.told},
             "disk_margin": self.margin,
             "unstable_at": self.reached,
             "frequency_hz": self.frequency,
@@ -115,20 +124,45 @@ def margins_together(graph: GraphSource, loops: Sequence[str] = (), *, at: At = 
     """
     planned = plan(graph)
     named = dict(one_loop(planned, loop) for loop in loops) if loops else loop_nodes(planned)
-    return OperatingPoints(planned, at).answered(lambda about: together(about, named))
+    group, nodes = _group(planned, named), tuple(named.values())
 
+    def joint(about: Linearisation, alone: Sequence[OpenLoop]) -> OpenLoop:
+        if group is not None:
+            return about.analog_loop(group, nodes)
+        ticks = round(max(one.map.period for one in alone) / planned.period)
+        if problems := _too_many(planned, nodes, ticks):
+            raise ModelError([planned.graph.placed(problem) for problem in problems])
+        return _opened(about, nodes)
 
-def together(about: Linearisation, loops: dict[str, Endpoint]) -> Together:
-    """Return the margin of loops by name and output."""
-    planned = about.plan
-    nodes = list(loops.values())
-    group = _group(planned, loops)
-    if group is not None:
-        system = about.analog_loop(group, nodes)
-    else:
-        system = of_wires(about.map(nodes, nodes, cut=True), planned.period)
+    points = OperatingPoints(planned, at)
+    about, (*alone, system) = points.about_loops(nodes, otherwise=loop_through_bits, joint=joint)
+    starting = (one for one in alone if one.map.starting)
+    told = dict.fromkeys(note for one in (system, *starting) for note in one.map.notes)
+    corners = () if group else about.corner_notes(nodes, nodes, cut=True)
     sizes = [sum(entry[:2] == node for entry in system.map.inputs) for node in nodes]
-    return of_system(system, list(loops), sizes, [".".join(node) for node in nodes], system.map.notes)
+    found = of_system(system, list(named), sizes, [".".join(node) for node in nodes], (*told, *corners))
+    return replace(found, tick=system.map.tick, time=system.map.time, told=about.told)
+
+
+def _opened(about: Linearisation, nodes: tuple[Endpoint, ...]) -> OpenLoop:
+    """Return loops opened at some wires at once, through quantisers of one bit where one has no other way."""
+    try:
+        for node in nodes:
+            about.loop(node)
+    except ModelError:
+        through = loop_through_bits(about, *nodes)
+        if through is None:
+            raise
+        return through
+    return of_wires(about.map(nodes, nodes, cut=True), about.plan.period)
+
+
+def _too_many(planned: Plan, nodes: Sequence[Endpoint], ticks: int) -> list[Problem]:
+    """Return the problem of wires with too many values in some base ticks, if there is one."""
+    values = sum(ticks // planned.stride(node) for node in nodes)
+    expected, hint = f"at most {MOST_VALUES}", "name fewer with --loop, or open them at their slowest wires"
+    few = values <= MOST_VALUES
+    return [] if few else [Problem(message=_TOO_MANY, key="loops", got=f"{values:,}", expected=expected, hint=hint)]
 
 
 def of_system(
@@ -146,7 +180,10 @@ def of_system(
 
 
 def _group(planned: Plan, loops: dict[str, Endpoint]) -> Group | None:
-    """Return the continuous blocks between which all loops are opened, None of sampled ones; raises `ModelError`."""
+    """Return the continuous blocks between which all loops are opened, None of sampled ones; raises `ModelError`.
+
+    Loops with more values in a period than can be followed are refused too.
+    """
     problems = []
     if len(loops) < 2:
         hint = "name two or more with --loop, or in [loops]; proofmass margins is for one"
@@ -158,6 +195,9 @@ def _group(planned: Plan, loops: dict[str, Endpoint]) -> Group | None:
     for name, group in groups.items():
         if group is not first:
             problems.append(_apart(loops, name, next(iter(loops)), group))
+    nodes = tuple(loops.values())
+    period = Ends(nodes, nodes, cut=True).common_period(planned)
+    problems += _too_many(planned, nodes, period) if first is None else []
     if problems:
         raise ModelError([planned.graph.placed(problem) for problem in problems])
     return first
@@ -198,6 +238,8 @@ def _measured(base: Together, system: OpenLoop, sizes: Sequence[int]) -> Togethe
     values = np.linalg.eigvals(np.repeat(turn, sizes)[:, None] * critical)
     turn = turn * np.exp(-1j * np.angle(values[int(np.argmax(np.abs(values)))]))
     deltas = turn / low if low else turn
+    with np.errstate(divide="ignore"):
+        factors = (1.0 + deltas / 2.0) / (1.0 - deltas / 2.0)
     ends = np.cumsum([0, *sizes])
     blocks = list(pairwise(ends.tolist()))
     gains = np.array([[np.linalg.norm(m[a:b, a:b], 2) for m in matrices] for a, b in blocks])
@@ -211,7 +253,7 @@ def _measured(base: Together, system: OpenLoop, sizes: Sequence[int]) -> Togethe
         margin=1.0 / upper,
         reached=1.0 / low if low else None,
         frequency=float(place) / (2.0 * math.pi),
-        factors=tuple(complex((1.0 + d / 2.0) / (1.0 - d / 2.0)) for d in deltas),
+        factors=tuple(map(complex, factors)) if np.max(np.abs(factors)) < _WITHOUT_LIMIT else (),
         alone=alone,
         unstructured=1.0 / max(float(np.linalg.norm(matrix, 2)) for matrix in [*matrices, critical]),
         frequencies=w / (2.0 * math.pi),
