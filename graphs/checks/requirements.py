@@ -30,6 +30,7 @@ PROVABLE = {  # what may be proved of a loop
     name: name.replace("_", " ") for name in ("gain_margin", "phase_margin", "disk_margin", "delay_margin")
 }
 _VERDICT = "stable"
+_MOST_DISK = 2.0
 
 
 class Asked(NamedTuple):
@@ -59,6 +60,9 @@ def asked(flat: FlatGraph, requirement: Requirement) -> Asked:
         read_moment(requirement.at)
     if requirement.proved:
         _provable(requirement, quantity)
+        if isinstance(quantity, LoopFigure):
+            with under("at_least", requirement.at_least):
+                refuse_limit(PROVABLE[quantity.figure], low)
     return Asked(quantity.unit, low, high)
 
 
@@ -81,6 +85,14 @@ def _provable(requirement: Requirement, quantity: "Quantity | StabilityVerdict")
         raise Refusal("must be at_most alone", key="proved", got="at_least")
     if requirement.at not in ("", AUTO, SETTLED) and read_duration(requirement.at) > 0:
         raise Refusal(f"must be the start or {SETTLED}", "leave it out", key="at", got=shown(requirement.at))
+
+
+def refuse_limit(margin: str, limit: float) -> None:
+    """Raise `Refusal` for a limit at which a proof of a margin or rate says nothing."""
+    if not 0.0 < limit < math.inf and margin in ("disk margin", "delay margin", "decay rate"):
+        raise Refusal("must be above zero")
+    if margin == "disk margin" and limit >= _MOST_DISK:
+        raise Refusal("must be below 2", "such a disk is a half plane")
 
 
 def bad_requirements(flat: FlatGraph) -> Iterator[Problem]:

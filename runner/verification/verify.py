@@ -174,13 +174,17 @@ class Measurements:
         """
         proofs = self._proofs(requirement, limits)
         proof = next((one for one in proofs if one.status != "proved"), proofs[0])
+        is_verdict = proof.claim.kind == "stable"
         if proof.status == "proved":
-            return proof.claim.limit, ""
+            return VERDICTS["stable"] if is_verdict else proof.claim.limit, ""
         if proof.counterexample is None:
             return math.nan, f"proved for {100.0 * proof.searched.part:.3g} % of the tolerances; {proof.searched.why}"
         sensor = ", ".join(f"{name} = {value:.6g}" for name, value in proof.counterexample.items())
-        value = proof.value if proof.claim.row.of_output else max(proof.value, 0.0)
-        return value, f"a sensor within the tolerances has {proof.shown}: {sensor}"
+        reason = f"a sensor within the tolerances has {proof.shown}: {sensor}"
+        if is_verdict:
+            return VERDICTS["unstable"], reason
+        has_none = math.isinf(proof.value) and not proof.claim.row.of_output  # the loop is unstable
+        return math.nan if has_none else proof.value, reason
 
     def _proofs(self, requirement: Requirement, limits: tuple[float, float]) -> tuple[MarginProof, ...]:
         """Return what comes of the claims of a requirement: one for each limit."""

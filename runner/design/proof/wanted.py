@@ -3,13 +3,13 @@
 What a claim is about begins at the start of a run or at the points of rest of the sensors.
 """
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, TypeVar
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
 from proofmass.blocks.declaration.units import convert
+from proofmass.graphs.checks.requirements import refuse_limit
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.loops import AUTO, SETTLED, Loop, read_requirement
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group
@@ -31,7 +31,6 @@ from proofmass.runner.design.proof.starting import (
 )
 from proofmass.runner.plan.planned import Plan
 
-MOST_DISK = 2.0
 Subject = tuple[Callable[[RestRun | None], Starting], Sequence[Claim]]  # at the start or at rest, and claims about it
 _Begun = TypeVar("_Begun")
 
@@ -142,10 +141,7 @@ def _limit(kind: str, given: str) -> float:
     unit = KINDS[kind].unit or ""
     try:
         limit = read_requirement(given, unit) if unit in ("dB", "deg", "s") else convert(given, unit)
-        if not 0.0 < limit < math.inf and kind in ("disk margin", "delay margin", "decay rate"):
-            raise Refusal("must be above zero")
-        if kind == "disk margin" and limit >= MOST_DISK:
-            raise Refusal("must be below 2", "such a disk is a half plane")
+        refuse_limit(kind, limit)
     except Refusal as error:
         raise error.problem(kind.replace(" ", "_"), given).error from None
     return limit
