@@ -17,6 +17,7 @@ from proofmass.blocks.declaration.unit_expressions import BASE, Unit, unit
 Dimension = tuple[Fraction, ...]  # exponents of the base units
 NUMBER: Dimension = (Fraction(0),) * len(BASE)
 LARGEST_EXPONENT = 100  # of a base unit
+KNOWN = "known of"  # no operation that a formula has: what a measure that follows from others ends with
 
 SlopeFunction = Callable[..., tuple[float, ...]]  # partial derivatives at the arguments
 
@@ -97,13 +98,22 @@ def root(value: float) -> float:
 
 
 def smaller(first: float, second: float) -> float:
-    """Return the smaller one."""
-    return first if first < second else second
+    """Return the smaller one, NaN where one is."""
+    if first < second:
+        return first
+    return second if second <= first else first + second
 
 
 def larger(first: float, second: float) -> float:
-    """Return the larger one."""
-    return first if first > second else second
+    """Return the larger one, NaN where one is."""
+    if first > second:
+        return first
+    return second if second >= first else first + second
+
+
+def known(value: float, of: float) -> float:
+    """Return a value that follows from another one, NaN where one of both is infinite or NaN."""
+    return value if value - value == of - of else math.nan
 
 
 def size(value: float) -> float:
@@ -152,6 +162,7 @@ def _operations() -> dict[str, FormulaOperation]:
         ("cosh", 1, of.hyperbolic_cosine, lambda a: (of.hyperbolic_sine(a),), _numbers),
         ("tanh", 1, of.hyperbolic_tangent, lambda a: (1.0 - of.hyperbolic_tangent(a) ** 2,), _numbers),
         ("power", 2, of.power, _power_slopes, _numbers),
+        (KNOWN, 2, known, lambda a, b: (1.0, 0.0), lambda _, d: d[0]),
     ]
     return {row[0]: FormulaOperation(*row) for row in rows}
 

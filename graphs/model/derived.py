@@ -9,7 +9,7 @@ from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import Problem, Refusal, problems_of_table, shown
 from proofmass.blocks.declaration.unit_expressions import unit
 from proofmass.graphs.formulas.formula import Formula
-from proofmass.graphs.formulas.operations import Dimension
+from proofmass.graphs.formulas.operations import KNOWN, Dimension
 from proofmass.graphs.formulas.tree import dimension_of, evaluated, plainly
 from proofmass.graphs.formulas.turning import counted_unit, turning_of, turning_of_quantity
 from proofmass.graphs.model.flatten import FlatGraph
@@ -36,9 +36,15 @@ class Derived:
         return self.formula.unit
 
     def value(self, measures: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> Any:
-        """Return its value from those of the others: numbers, or arrays if `apply` takes them; NaN from NaN."""
+        """Return its value from those of the others: numbers, or arrays if `apply` takes them.
+
+        It is NaN where one of them or the value itself is infinite or NaN.
+        """
         numbers = {name: measures[name] * factor for name, factor in self.factors.items()}
-        return evaluated(self.formula.tree, numbers, apply)
+        value = evaluated(self.formula.tree, numbers, apply)
+        for number in (value, *numbers.values()):
+            value = apply(KNOWN, [value, number])
+        return value
 
 
 def measure_units(flat: FlatGraph) -> dict[str, str]:

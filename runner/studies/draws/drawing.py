@@ -12,7 +12,7 @@ import numpy as np
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate, normal_quantile, uniform_deviate
 from proofmass.blocks.arithmetic.elementary import exponential
-from proofmass.graphs.formulas.operations import OPERATIONS
+from proofmass.graphs.formulas.operations import KNOWN, OPERATIONS
 from proofmass.graphs.studies.designs import half_of_bits, permuted, stream_of
 from proofmass.graphs.studies.distributions import NORMAL, Spread
 from proofmass.graphs.studies.study import Study
@@ -20,7 +20,8 @@ from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.targets.elementwise import Elementwise
 
 _PLAIN: Mapping[str, Any] = {
-    "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "negative": np.negative
+    "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "negative": np.negative,
+    KNOWN: lambda value, of: np.where(value - value == of - of, value, np.nan),
 }  # fmt: skip
 _KEY = {"seed": int, "run": int, "stream": int, "sample": int}
 uniform_deviates = Elementwise(uniform_deviate, _KEY, float)

@@ -93,6 +93,40 @@ def test_no_value_follows_from_no_value() -> None:
     assert math.isnan(none["decibels"].value)
 
 
+UNKNOWN = """
+late = { signal = "rising.output", statistic = "settling_time", target = "9 V", within = "1 V" }
+none = "= low - low"
+part = "= late / 1 s"
+"""
+
+
+@pytest.mark.defect(
+    "S1083", before="max(part, 0) was 0, part^0 was 1 where part has no value: limits were met", after="no value"
+)
+@pytest.mark.parametrize(
+    "formula", ["max(part, 0)", "max(0, part)", "min(part, 3)", "min(3, part)", "part^0", "1^part", "max(log(-2), 0)"]
+)
+def test_no_operation_makes_a_value_of_none(formula: str) -> None:
+    """What never settles has no settling time."""
+    _has_none(formula)
+
+
+@pytest.mark.defect("S1084", before="1 / 0 was infinite: any at_least was met, by all sensors too", after="no value")
+@pytest.mark.parametrize("formula", ["1 / none", "exp(1e4)", "-exp(1e4)", "hypot(1 V / none, part)"])
+def test_what_is_infinite_is_no_value(formula: str) -> None:
+    _has_none(formula)
+
+
+def _has_none(formula: str) -> None:
+    graph = read_graph_text(TEXT.replace("[blocks]", f'{UNKNOWN}found = "= {formula}"\n[blocks]'))
+    assert math.isnan(simulate(graph, engine="python").measures["found"].value)
+    tables: dict[str, Any] = {"limits": {"found": {"at_least": -1e9}}, "runs": 2}
+    tables["spread"] = {"rising.gain": {"normal": "1 %", "relative": True}}
+    result = run_study(Study(graph, **tables), engine="python")
+    assert math.isnan(result["found"][0, 0])
+    assert result.yields()["found"] == 0.0
+
+
 def test_they_read_back_and_differ() -> None:
     assert read_graph_text(write_graph(GRAPH)) == GRAPH
     changed = read_graph_text(TEXT.replace("(high + low) / 2", "(high + low) / 3"))
