@@ -55,6 +55,16 @@ def rule(density: Callable[[Array], Array], ends: Array) -> tuple[Array, Array, 
     raise ModelError([Problem(message=_NO_INTEGRAL, key="band", got=got, expected=expected)])
 
 
+def within(of: NoiseMap, band: tuple[float, float]) -> tuple[float, float]:
+    """Return the part of a band that values of an output have; raises `ModelError` where there is none."""
+    top = 0.5 * of.rate
+    if not 0.0 <= band[0] < min(band[1], top):
+        got = f"{band[0]:g} Hz to {band[1]:g} Hz"
+        expected = f"within 0 Hz to {top:g} Hz, half the rate of the output"
+        raise ModelError([Problem(message="the band is empty", key="band", got=got, expected=expected)])
+    return band[0], min(band[1], top)
+
+
 def mean_squares(of: NoiseMap, band: tuple[float, float]) -> Array:
     """Mean square of the part of the output in a band, by each source."""
     return rule_of(of, band)[2]

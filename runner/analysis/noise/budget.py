@@ -28,7 +28,7 @@ from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint
 from proofmass.runner.analysis.linearisation.wire_response import grid
 from proofmass.runner.analysis.margins.sensitivity import ranked
 from proofmass.runner.analysis.noise.along_run import budgets_along, refusal
-from proofmass.runner.analysis.noise.band import mean_squares
+from proofmass.runner.analysis.noise.band import mean_squares, within
 from proofmass.runner.analysis.noise.derivatives import one_more, slopes_and_sizes
 from proofmass.runner.analysis.noise.grid_errors import errors_about
 from proofmass.runner.analysis.noise.noise_budget import DROPPED, QUANTISATION, NoiseBudget, NoiseSource
@@ -212,8 +212,8 @@ def _budget_about(
     )
     if not derivatives:
         return budget
-    within = limits if band is not None or not to_output.settles else None
-    slopes, sizes = slopes_and_sizes(to_output, within, budget.rms)
+    counted = limits if band is not None or not to_output.settles else None
+    slopes, sizes = slopes_and_sizes(to_output, counted, budget.rms)
     rounding = [source.block for source in sources_made if source.kind in (QUANTISATION, DROPPED)]
 
     def again(changed: Graph) -> float:
@@ -277,11 +277,7 @@ def _band(of: NoiseMap, band: tuple[float, float] | None) -> tuple[float, float]
     top = 0.5 * of.rate
     if band is None:
         return (0.0, top) if of.settles else (top * 10.0**-_DECADES, top)
-    if not 0.0 <= band[0] < min(band[1], top):
-        got = f"{band[0]:g} Hz to {band[1]:g} Hz"
-        expected = f"within 0 Hz to {top:g} Hz, half the rate of the output"
-        raise ModelError([Problem(message="the band is empty", key="band", got=got, expected=expected)])
-    return band[0], min(band[1], top)
+    return within(of, band)
 
 
 def _notes(

@@ -277,7 +277,7 @@ def response_of_map(
     """Return the linear response of a map from one output to another."""
     wires = WireResponse.of(whole)
     if not any(part.any() for part in (wires.matrices[1], wires.matrices[3])):
-        raise planned.graph.placed(_unreached(source, target)).error
+        raise planned.graph.placed(unreached(source, target)).error
     shown = np.asarray(frequencies, dtype=np.float64) if len(frequencies) else _shown(wires)
     units = [planned.unit(node) for node in (target, source)]
     return Response(
@@ -311,7 +311,8 @@ def _notes(whole: PeriodMap, wires: WireResponse) -> tuple[str, ...]:
     return (*whole.notes, f"the output does not settle after a step: {growth}")
 
 
-def _unreached(source: Endpoint, target: Endpoint) -> Problem:
+def unreached(source: Endpoint, target: Endpoint) -> Problem:
+    """Return that one output does not move another one."""
     return Problem(
         message=f"{'.'.join(source)} does not move {'.'.join(target)}",
         key=".".join(source),

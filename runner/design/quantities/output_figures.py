@@ -20,17 +20,16 @@ from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import common_period
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.poles import judged
-from proofmass.runner.analysis.noise.band import bends, mean_squares, rule
+from proofmass.runner.analysis.noise.band import bends, mean_squares, rule, within
 from proofmass.runner.analysis.noise.derivatives import slopes_and_sizes
 from proofmass.runner.analysis.noise.grid_errors import errors_about
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
-from proofmass.runner.analysis.response.response import Response, response_of_map
+from proofmass.runner.analysis.response.response import Response, response_of_map, unreached
 from proofmass.runner.derivatives.dual_noise import noise_blocks
 from proofmass.runner.design.quantities.loop_figures import NoValue, Reading, differences
 from proofmass.runner.host.arrays import Array
 
 _STEP = 1e-5  # of a parameter
-_LEAST = 1e-4  # of half the rate: the lowest frequency of a density that is referred to an input
 
 
 def read_response(
@@ -78,7 +77,10 @@ def value_of_response(response: Response, figure: str) -> float:
 def read_noise(
     points: OperatingPoints, wanted: Noise, parameters: Mapping[str, float], slopes: bool
 ) -> Reading | NoValue:
-    """Return the rms noise, that of `noise`; or that the output grows without end."""
+    """Return the rms noise, that of `noise`; or that the output grows without end.
+
+    Raises `ModelError` for a band that the output does not have, and for noise without bound at an input.
+    """
     planned = points.plan
     target = node_of(planned, wanted.output)
     source = node_of(planned, wanted.input) if wanted.input else None
@@ -94,12 +96,13 @@ def read_noise(
     to_output = noise_map(whole, target)
     if to_output.grows or not (to_output.settles or wanted.band):
         return NoValue(f"the noise of {wanted.output} grows without end")
+    band = within(to_output, wanted.band) if wanted.band else None
     names = [name for name in parameters if name in whole.slopes]
     if source is not None:
-        return _referred(whole, target, source, wanted.band, {name: parameters[name] for name in names})
-    squares = mean_squares(to_output, wanted.band) if wanted.band else to_output.mean_squares
+        return _referred(whole, target, source, band, {name: parameters[name] for name in names})
+    squares = mean_squares(to_output, band) if band else to_output.mean_squares
     rms = math.sqrt(float(np.sum(squares)))
-    by = slopes_and_sizes(to_output, wanted.band, rms)[0] if names and rms > 0.0 else {}
+    by = slopes_and_sizes(to_output, band, rms)[0] if names and rms > 0.0 else {}
     return Reading(rms, {name: by[name] for name in names if name in by})
 
 
@@ -112,14 +115,15 @@ def _referred(
 ) -> Reading:
     """Return the rms at an input that makes an output's noise, and what parameters do to it."""
     to_output = noise_map(whole, target)
-    half = 0.5 * to_output.rate
-    low, high = band or (_LEAST * half, half)
-    ends = bends(to_output, low, min(high, half))
+    ends = bends(to_output, *(band or (0.0, 0.5 * to_output.rate)))
 
     def mean_square(of: NoiseMap) -> float:
         def density(frequencies: Array) -> Array:
-            squares = of.densities(frequencies).sum(axis=1)
-            return np.asarray((squares / np.abs(of.gain(frequencies, source)) ** 2)[:, None])
+            squares, gain = of.densities(frequencies).sum(axis=1), np.abs(of.gain(frequencies, source))
+            if not gain.any():
+                raise unreached(source, target).error
+            with np.errstate(divide="ignore"):  # at a zero of the gain there is no end to it
+                return np.asarray((squares / gain**2)[:, None])
 
         return float(rule(density, ends)[2][0])
 
