@@ -20,6 +20,8 @@ from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import common_period
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.poles import judged
+from proofmass.runner.analysis.linearisation.rounded import NEAR
+from proofmass.runner.analysis.linearisation.wire_response import WireResponse
 from proofmass.runner.analysis.noise.band import bends, mean_squares, rule, within
 from proofmass.runner.analysis.noise.derivatives import slopes_and_sizes
 from proofmass.runner.analysis.noise.grid_errors import errors_about
@@ -30,14 +32,15 @@ from proofmass.runner.design.quantities.loop_figures import NoValue, Reading, di
 from proofmass.runner.host.arrays import Array
 
 _STEP = 1e-5  # of a parameter
+_OF_ALL = ("peak", "bandwidth", "delay")  # figures of a response at all frequencies
 
 
 def read_response(
     points: OperatingPoints, wanted: ResponseFigure, parameters: Mapping[str, float], slopes: bool
 ) -> Reading | NoValue:
-    """Return a figure of a response; infinite where it has no value, as the settling time of what never settles.
+    """Return a figure of a response; infinite where it has no limit, as the settling time of what never settles.
 
-    What grows without end has none. Raises `ModelError` where no way leads from the input to the output.
+    What grows without end has none, and what does not settle has no figure of all frequencies. Raises `ModelError` where no way leads from the input to the output.
     """
     planned = points.plan
     source, target = node_of(planned, wanted.input), node_of(planned, wanted.output)
@@ -48,9 +51,13 @@ def read_response(
     def figure(of: PeriodMap) -> float:
         return value_of_response(response_of_map(planned, source, target, of, shown), wanted.figure)
 
-    response = response_of_map(planned, source, target, whole, shown)
-    if response.wires.radius > 1.0 and judged(whole.moved_between(), True)[0] == "unstable":
+    near = WireResponse.of(whole).radius > 1.0 - NEAR
+    verdict = judged(whole.moved_between(), True)[0] if near else "stable"
+    if verdict == "unstable":
         return NoValue(f"what {wanted.input} does to {wanted.output} grows without end", unstable=True)
+    if verdict == "marginal" and (wanted.figure in _OF_ALL or wanted.frequency == 0.0):
+        return NoValue(f"what {wanted.input} does to {wanted.output} does not settle")
+    response = response_of_map(planned, source, target, whole, shown)
     value = value_of_response(response, wanted.figure)
     if not slopes or not math.isfinite(value):
         return Reading(value, {})
