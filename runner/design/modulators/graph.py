@@ -16,7 +16,7 @@ from proofmass.blocks.signals.vector_join import VectorJoin
 from proofmass.blocks.sources.sine import Sine
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.rates import Rate
-from proofmass.runner.design.modulators.simulation import tone_frequency
+from proofmass.runner.design.modulators.simulation import enough_samples, tone_frequency
 from proofmass.runner.design.modulators.structures import Coefficients, Structure, named
 
 SAMPLES = 65_536
@@ -85,13 +85,14 @@ def modulator_graph(structure: Structure, k: Coefficients, levels: int, band: tu
         blocks["forward"] = Sum()
         wires, y = [*wires, f"{y} -> forward.first", "input.output -> forward.second"], "forward.output"
     blocks["quantiser"] = Comparator() if levels == 2 else Quantiser(levels=levels)
-    periods = round(tone_frequency(SAMPLES, band) * SAMPLES)
+    samples = enough_samples(SAMPLES, band)
+    periods = round(tone_frequency(samples, band) * samples)
     return Graph(
         name=f"sigma-delta modulator of order {structure.order}, {structure.form}",
         rate="= clock",
-        samples=SAMPLES,
+        samples=samples,
         values={"clock": rate if isinstance(rate, str) else f"{float(rate)} Hz", **numbers},
-        formulas={"input.frequency": f"= clock * {periods} / {SAMPLES}", **_formulas(entries)},
+        formulas={"input.frequency": f"= clock * {periods} / {samples}", **_formulas(entries)},
         blocks=blocks,
         wires=[*wires, f"{y} -> quantiser.input"],
         probes=[level, "input.output"],

@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+import numpy as np
+
 from proofmass.blocks.declaration.problem import did_you_mean, shown
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.call_numbers import positive, refuse_counts
@@ -12,7 +14,14 @@ from proofmass.graphs.model.rates import Rate
 from proofmass.runner.design.modulators.graph import modulator_graph
 from proofmass.runner.design.modulators.noise_transfer import MOST_ORDER, NoiseTransfer, band, refused, synthesised
 from proofmass.runner.design.modulators.prediction import predicted
-from proofmass.runner.design.modulators.simulation import simulated
+from proofmass.runner.design.modulators.simulation import (
+    MOST_SAMPLES,
+    SAMPLES,
+    enough_samples,
+    noise_lines,
+    simulated,
+    tone_frequency,
+)
 from proofmass.runner.design.modulators.structures import FORMS, Coefficients, Structure, realised, scaled
 from proofmass.runner.host.notebook import Plotted, Told
 
@@ -42,7 +51,7 @@ class Modulator(Told, Plotted):
     predicted: tuple[float | None, ...]  # signal to noise ratios in dB; None in overload
     simulated: tuple[float | None, ...]  # signal to noise ratios in dB; None where it was lost
     stable_limit: float  # the amplitude at which overload begins, predicted; 1 is full scale
-    swings: tuple[float, ...]  # the largest value of each state, up to the amplitude of the peak
+    swings: tuple[float, ...]  # the largest value of each state, up to the amplitude of the peak; NaN without one
 
     @property
     def band(self) -> tuple[float, float]:
@@ -94,7 +103,7 @@ def design_modulator(
     feeds: str = "first",
     pulse: tuple[float, float] | None = None,
     swing: float | None = 1.0,
-    samples: int = 16_384,
+    samples: int | None = None,
 ) -> Modulator:
     """Return a sigma-delta modulator of an `order` for an `oversampling` ratio, the rate over twice the band.
 
@@ -105,8 +114,8 @@ def design_modulator(
     says which states take the input, the "first" or "all". With a `pulse`, begin and end of that of
     the converter in periods, the loop filter is one of continuous time, which sees the same at
     every decision (impulse invariance); (0, 1) is the full period. States are scaled to a `swing`
-    at the amplitude of the peak, or not at all if it is None. `samples` are those of each run, a
-    multiple of which the tone fits.
+    at the amplitude of the peak, or not at all if it is None, or there is none. `samples` are those of
+    each run, a multiple of which the tone fits: 16,384, or more where the band is narrow, unless said.
 
     Raises `ModelError` for what cannot be designed.
 
@@ -115,7 +124,8 @@ def design_modulator(
     >>> [round(a, 4) for a in loop.coefficients.a], loop.coefficients.g[1] > 0.0078
     ([0.0007, 0.0084, 0.055, 0.2443, 0.5579], True)
     """
-    refuse_counts(order=(order, 1, MOST_ORDER), levels=(levels, 2, 65536), samples=(samples, 1024, 1 << 20))
+    given = SAMPLES if samples is None else samples
+    refuse_counts(order=(order, 1, MOST_ORDER), levels=(levels, 2, 65536), samples=(given, 1024, MOST_SAMPLES))
     _refuse(form, feeds, pulse, centre)
     if not (swing is None or positive(swing)):
         raise refused("must be finite and above 0", "swing", shown(swing), "the largest value of a state, or None")
@@ -126,11 +136,13 @@ def design_modulator(
         gain = float(abs(transfer.at(0.5)))  # of zeros outside the unit circle, which low passes alone have
     sizes = tuple(10.0 ** (decibel / 20.0) for decibel in DECIBELS)
     inside = band(oversampling, centre)
+    count = enough_samples(SAMPLES, inside) if samples is None else samples
+    _refuse_few(count, oversampling, inside)
     ratios, limit = predicted(transfer, inside, sizes, levels)
-    runs = simulated(structure, k, inside, sizes, levels, samples)
-    top = DECIBELS.index(max(_known(DECIBELS, runs.ratios), default=(0.0, DECIBELS[0]))[1])
-    swings = runs.swings[: top + 1].max(axis=0)
-    if swing is not None:
+    runs = simulated(structure, k, inside, sizes, levels, count)
+    known = _known(DECIBELS, runs.ratios)
+    swings = runs.swings[: DECIBELS.index(max(known)[1]) + 1].max(axis=0) if known else np.full(order, math.nan)
+    if swing is not None and known:
         k, swings = scaled(structure, k, (swings / swing).tolist()), 0.0 * swings + swing
     of = order, oversampling, gain, centre, levels, structure, transfer, k
     return Modulator(*of, DECIBELS, ratios, runs.ratios, limit, tuple(swings.tolist()))
@@ -138,6 +150,18 @@ def design_modulator(
 
 def _known(amplitudes: Sequence[float], ratios: Sequence[float | None]) -> list[tuple[float, float]]:
     return [(ratio, amplitude) for amplitude, ratio in zip(amplitudes, ratios, strict=True) if ratio is not None]
+
+
+def _refuse_few(samples: int, oversampling: float, inside: tuple[float, float]) -> None:
+    """Raise `ModelError` where the band has no line of a run beside the tone: no ratio could be told."""
+    if noise_lines(samples, tone_frequency(samples, inside), inside)[1].any():
+        return
+    enough = enough_samples(samples, inside)
+    if enough > samples:
+        message = "too few for a tone and noise in the band"
+        raise refused(message, "samples", f"{samples:,}", f"at least {enough:,}")
+    message, most = "leaves too narrow a band for runs", f"at most {MOST_SAMPLES >> 4:,}"
+    raise refused(message, "oversampling", f"{oversampling:g}", most)
 
 
 def _refuse(form: str, feeds: str, pulse: tuple[float, float] | None, centre: float) -> None:

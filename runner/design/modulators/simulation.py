@@ -7,8 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from proofmass.runner.design.modulators.structures import Coefficients, Structure
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Truths
 
+SAMPLES = 16_384  # of a run, or more where the band is narrow
+MOST_SAMPLES = 1 << 20
+_LINES = 16  # of the band, which a run has
 _SETTLE = 512  # samples left out
 _LOST = 50.0  # a loop whose quantiser sees so many times full scale does not come back
 _SPREAD = 3  # lines on either side of the tone that Hann's window spreads it over
@@ -54,6 +57,19 @@ def tone_frequency(samples: int, band: tuple[float, float]) -> float:
     return (2 * round(0.5 * samples * (low + 0.2 * (high - low))) + 1) / samples
 
 
+def enough_samples(least: int, band: tuple[float, float]) -> int:
+    """Return so many samples, or as many as give a narrow band lines for a tone and for noise."""
+    return min(max(least, 1 << math.ceil(math.log2(_LINES / (band[1] - band[0])))), MOST_SAMPLES)
+
+
+def noise_lines(samples: int, frequency: float, band: tuple[float, float]) -> tuple[Truths, Truths]:
+    """Return which lines of a run are those of its tone, and which others lie in the band."""
+    lines = np.arange(samples // 2 + 1)
+    tone = np.abs(lines - frequency * samples) <= _SPREAD
+    inside = (lines >= max(band[0] * samples, _SPREAD)) & (lines <= band[1] * samples)
+    return tone, inside & ~tone
+
+
 def simulated(
     structure: Structure,
     k: Coefficients,
@@ -76,8 +92,6 @@ def ratio(values: Array, frequency: float, band: tuple[float, float]) -> float |
     samples = len(values)
     window = 0.5 - 0.5 * np.cos(2.0 * math.pi * np.arange(samples) / samples)
     power = np.abs(np.fft.rfft(values * window)) ** 2
-    lines = np.arange(len(power))
-    tone = np.abs(lines - frequency * samples) <= _SPREAD
-    inside = (lines >= max(band[0] * samples, _SPREAD)) & (lines <= band[1] * samples)
-    signal, noise = float(power[tone].sum()), float(power[inside & ~tone].sum())
+    tone, beside = noise_lines(samples, frequency, band)
+    signal, noise = float(power[tone].sum()), float(power[beside].sum())
     return 10.0 * math.log10(signal / noise) if signal > 0.0 and noise > 0.0 else None

@@ -15,11 +15,12 @@ def modulator_text(of: Modulator) -> str:
     pulse = of.structure.pulse
     kind = f"continuous time, pulse from {pulse[0]:g} to {pulse[1]:g} of a period" if pulse else "discrete time"
     amplitude, ratio = of.peak
+    peak = f"{ratio:.1f} dB at {amplitude:g} dB of full scale" if ratio == ratio else "none: overload at each amplitude"
     lines = [
         f"{of.structure.form} of order {of.order}, {of.levels} levels, {kind}",
         f"  band              {low:.6g} to {high:.6g} of the rate, oversampling {of.oversampling:g}",
         f"  gain of the noise {of.gain:g} far from the band",
-        f"  peak              {ratio:.1f} dB at {amplitude:g} dB of full scale, by simulation",
+        f"  peak              {peak}, by simulation",
         *([f"  stable            below {_decibels(of.stable_limit):.1f} dB, by prediction"] if of.levels == 2 else []),
         "noise transfer function",
         *_table([("zero", "poles"), *_roots(of)], left=(0, 1)),
@@ -53,7 +54,11 @@ def _coefficients(of: Modulator) -> Iterator[Sequence[str]]:
     for letter in "abcg":
         numbers = [f"{value:.6g}" for value in getattr(k, letter)]
         yield (letter, *numbers, *[""] * (longest - len(numbers)))
-    yield ("swing", *(f"{value:.4g}" for value in of.swings), *[""] * (longest - of.order))
+    yield (
+        "swing",
+        *("-" if math.isnan(value) else f"{value:.4g}" for value in of.swings),
+        *[""] * (longest - of.order),
+    )
 
 
 def _ratios(of: Modulator) -> Iterator[Sequence[str]]:

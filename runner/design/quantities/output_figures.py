@@ -40,7 +40,8 @@ def read_response(
 ) -> Reading | NoValue:
     """Return a figure of a response; infinite where it has no limit, as the settling time of what never settles.
 
-    What grows without end has none, and what does not settle has no figure of all frequencies. Raises `ModelError` where no way leads from the input to the output.
+    What grows without end has none, and what does not settle has no figure of all frequencies.
+    Raises `ModelError` where no way leads from the input to the output.
     """
     planned = points.plan
     source, target = node_of(planned, wanted.input), node_of(planned, wanted.output)
