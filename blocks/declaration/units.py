@@ -17,6 +17,7 @@ _POWER = re.compile(r"(?<![A-Za-z0-9])([A-Za-zµ]+)([2-6])(?![0-9])")  # as in m
 _STANDARD_GRAVITY = re.compile(r"(?<![A-Za-zµμ])([A-Zacdfhkmnpuyzµμ]?)g(?![A-Za-z0-9])")
 _SIMPLE_BRACKET = re.compile(r"(?<!\w)\((\w+)\)")  # not that of sqrt(Hz)
 _FACTOR_OF_ONE = re.compile(r"(?<![\w.^-])1\*|[*/]1(?![\w.^])")
+_NAME, _PARTS = re.compile(r"[^\W\d_]+|[%°]"), ("%", "ppm", "ppb")
 _ANGLE = re.compile(r"(?<![A-Za-zµμ])[A-Za-zµμ]{0,2}rad(?![A-Za-z])|(?<![A-Za-z])deg(?![A-Za-z])|°")
 _TURNS = re.compile(r"(?<![A-Za-zµμ])[A-Za-zµμ]{0,2}Hz(?![A-Za-z])")
 _HERTZ, _RADIANS = re.compile(r"Hz(/|$)"), re.compile(r"rad/s(/|$)")
@@ -68,6 +69,19 @@ def convert(text: str, target: str) -> float:
         return float(convert_exactly(text, target))
     except OverflowError:
         raise UnitError("too large for a number") from None
+
+
+def part_of(text: str, per: str = "1") -> float | None:
+    """Return a part of a value, or one per time; None for a width, which has a unit of its own.
+
+    >>> part_of("5 %"), part_of("0.05"), part_of("5 deg"), part_of("1 V/V"), part_of("2 %/s", "1/s")
+    (0.05, 0.05, None, None, 0.02)
+    """
+    try:
+        part, names = convert(text, per), _NAME.findall(split_quantity(text)[1])
+    except UnitError:
+        return None
+    return part if all(name in _PARTS or same_dimension(name, "s") for name in names) else None
 
 
 @lru_cache(4096)  # graphs repeat their quantities, and a file is often read again

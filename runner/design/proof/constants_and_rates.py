@@ -10,7 +10,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.unit_expressions import UnitError
-from proofmass.blocks.declaration.units import convert
+from proofmass.blocks.declaration.units import convert, part_of
 from proofmass.blocks.sources.constant import Constant
 from proofmass.graphs.model.call_numbers import real
 from proofmass.graphs.model.graph import Graph
@@ -97,12 +97,10 @@ def change_rates(slow_change: str | Mapping[str, Any] | None, ranges: Sequence[R
 
 def _rate(text: Any, r: Range) -> float:
     try:
-        rate = abs(r.nominal) * (convert(text, "1/s") if isinstance(text, str) else real(text))
-    except UnitError:
-        try:
-            rate = convert(text, f"({r.unit})/s" if r.unit else "1/s")
-        except UnitError as error:
-            raise Refusal(f"is not a rate of change: {error}", _WRITE) from None
+        part = part_of(text, "1/s") if isinstance(text, str) else real(text)
+        rate = convert(text, f"({r.unit})/s" if r.unit else "1/s") if part is None else abs(r.nominal) * part
+    except UnitError as error:
+        raise Refusal(f"is not a rate of change: {error}", _WRITE) from None
     except TypeError:
         raise Refusal("is not a rate of change", _WRITE, got=shown(text)) from None
     if not (math.isfinite(rate) and rate > 0.0):

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Refusal, shown
-from proofmass.blocks.declaration.unit_expressions import UnitError
-from proofmass.blocks.declaration.units import convert, short_unit
+from proofmass.blocks.declaration.units import convert, part_of, short_unit
 from proofmass.graphs.checks.check import checked
 from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.call_numbers import real
@@ -95,14 +94,15 @@ def _tolerance(name: str, written: object, nominal: float, unit: str) -> Toleran
             raise Refusal("does not hold the value of the graph", got=f"{low:g} to {high:g}", expected=f"{nominal:g}")
         return Tolerance(name, short_unit(unit), ends=(low, high))
     try:
-        part = convert(written, "1") if isinstance(written, str) else real(written)
-        tolerance = Tolerance(name, short_unit(unit), part=part)
-        width = abs(nominal) * part
-    except UnitError:
-        width = convert(str(written), unit)
-        tolerance = Tolerance(name, short_unit(unit), width=width)
+        part = part_of(written) if isinstance(written, str) else real(written)
     except TypeError:
         raise Refusal("is not a tolerance", 'write "5 %", or a width with a unit', got=shown(written)) from None
+    if part is None:
+        width = convert(str(written), unit)
+        tolerance = Tolerance(name, short_unit(unit), width=width)
+    else:
+        width = abs(nominal) * part
+        tolerance = Tolerance(name, short_unit(unit), part=part)
     if not (math.isfinite(width) and width > 0.0):
         hint = "give its width in its unit" if nominal == 0.0 else 'write "5 %"'
         raise Refusal("leaves no room", hint, got=shown(written))
