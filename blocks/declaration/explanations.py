@@ -229,7 +229,7 @@ EXPLANATIONS = (
         "A graph cannot be linearised there, or has no such loop",
         r"linearis|loop|periodic|stimulus|operating point|settle|perturbations|derivative|does not come back"
         r"|does not move|for margins|^the way (from|of noise)|that of a run: this|changes after the start"
-        r"|of rest|reads the time|constant (value|here)",
+        r"|of rest|reads the time|constant (value|here)|describing function|is not a gain|another output that is read",
         "Margins, noise and responses are those of a loop that is opened at a wire, about a point where the graph"
         " rests.",
         'Name a loop with [loops.main] open_at = "dac.voltage", or choose another operating point by --at.',

@@ -73,6 +73,12 @@ def describing_of(flat: FlatGraph, name: str) -> Describing:
     """Return N(A) of a block of a flat graph; raises `ModelError` if it has none."""
     entry, port = ends(flat, name)
     block = flat.blocks[name]
+    for wire in flat.wires:
+        target, driven = split(wire.target)
+        if target == name and driven not in type(block).inputs:
+            told = "is moved by a wire, so its describing function is not known"
+            hint = f'set it under [blocks.{name}], or state a gain: --gain "{name}=0.7"'
+            raise _refused(flat, name, told, f"{wire.source} -> {wire.target}", hint)
     period = 1.0 if type(block).continuous() else float(1 / block_rate(flat, name))
     try:
         return describing_function(block, entry, port, period)

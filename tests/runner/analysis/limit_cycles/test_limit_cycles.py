@@ -25,6 +25,7 @@ from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.graph import Wire
 from proofmass.runner.analysis.limit_cycles.limit_cycles import (
     LimitCycle,
     _at_half_the_rate,
@@ -77,6 +78,23 @@ def test_a_relay_with_a_plant_of_third_order() -> None:
     assert seen is not None
     assert seen.frequency == pytest.approx(cycle.frequency, rel=0.03)
     assert seen.amplitude == pytest.approx(cycle.amplitude, rel=0.06)
+
+
+@pytest.mark.defect(
+    "S1090", before="a relay was that of its table, where a wire drove it to 5 times that", after="refused"
+)
+def test_a_block_that_a_wire_moves_has_no_describing_function() -> None:
+    still = servo(Relay(on=1.0, off=-1.0))
+    wires = (*still.wires, Wire("size.output", "limit.on"))
+    moved = still.changed(blocks={**still.blocks, "size": Constant(value=5.0)}, wires=wires)
+    assert predicted(still, "limit")
+    for ask in (lambda: predicted(moved, "limit"), lambda: with_gains(moved, {}, {"limit": 2.0})):
+        with pytest.raises(ModelError, match="is moved by a wire") as error:
+            ask()
+        assert error.value.problems[0].got == "size.output -> limit.on"
+    assert (
+        with_gains(moved, {"limit": 0.7}, {}).blocks["limit"] == with_gains(still, {"limit": 0.7}, {}).blocks["limit"]
+    )
 
 
 def test_the_amplitude_of_a_signal_is_the_mean_of_its_whole_cycles() -> None:
