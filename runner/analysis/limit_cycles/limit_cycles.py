@@ -30,6 +30,7 @@ from proofmass.runner.run.simulate import simulate
 
 _AMPLITUDES = np.geomspace(1e-9, 1e9, 1801)  # to try
 PERIODS = 200  # of a simulated limit cycle
+_LASTING = 0.1  # of its swing: a change over a quarter of the run by which it has not come about yet, or decays
 _brentq: Any = scipy.optimize.brentq
 
 
@@ -73,7 +74,7 @@ def amplitude_unit(graph: Graph, name: str) -> str:
 
 def simulated(graph: Graph, name: str, cycles: Sequence[LimitCycle] | None = None) -> LimitCycle | None:
     """Return the limit cycle of a run: the fundamental at the input of a block in its second half;
-    None if at rest.
+    None if that is at rest, or still grows or decays.
 
     The run starts at tick 0. It lasts as long as the graph says, or for `PERIODS` of the slowest
     predicted cycle.
@@ -86,7 +87,14 @@ def simulated(graph: Graph, name: str, cycles: Sequence[LimitCycle] | None = Non
     slowest = min((cycle.frequency for cycle in cycles or ()), default=1.0)
     trace = simulate(lone, duration=None if cycles is None else f"{PERIODS / slowest} s")[source]
     values, times = np.asarray(trace.values, dtype=float), np.asarray(trace.times, dtype=float)
-    return _fundamental(*(part[len(part) // 2 :] for part in (times, values)))
+    later = values[len(values) // 2 :]
+    return _fundamental(times[len(times) // 2 :], later) if _lasts(later) else None
+
+
+def _lasts(values: Array) -> bool:
+    """Return whether a signal swings as far in its second half as in its first."""
+    early, late = (float(np.ptp(part)) for part in np.array_split(values, 2)) if len(values) > 1 else (0.0, 0.0)
+    return abs(late - early) <= _LASTING * early
 
 
 def _fundamental(times: Array, values: Array) -> LimitCycle | None:

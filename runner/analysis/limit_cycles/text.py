@@ -40,11 +40,11 @@ def limit_cycles_lines(cycles: LimitCycles) -> Iterator[str]:
     yield f"limit cycles at the input of {cycles.block}"
     rows: Sequence[LimitCycle | None] = cycles.predicted or [None]
     for cycle in rows:
-        yield _line("predicted", cycle, cycles.unit)
-    yield _line("simulated", cycles.simulated, cycles.unit)
+        yield _line("predicted", cycle, cycles.unit, "none")
+    yield _line("simulated", cycles.simulated, cycles.unit, "none that lasts")
 
 
-def _line(source: str, cycle: LimitCycle | None, unit: str) -> str:
+def _line(source: str, cycle: LimitCycle | None, unit: str, none: str) -> str:
     shown = f" {unit}" if unit != "1" else ""
-    text = f"amplitude {cycle.amplitude:.5g}{shown}, {hertz_text(cycle.frequency)}" if cycle else "none"
+    text = f"amplitude {cycle.amplitude:.5g}{shown}, {hertz_text(cycle.frequency)}" if cycle else none
     return f"  {source:<17} {text}"
