@@ -80,6 +80,14 @@ def test_a_relay_with_a_plant_of_third_order() -> None:
     assert seen.amplitude == pytest.approx(cycle.amplitude, rel=0.06)
 
 
+@pytest.mark.defect("S1091", before="a stable loop that rang had a limit cycle, in a run", after="none that lasts")
+@pytest.mark.parametrize(("numerator", "lasts"), [(5.0, False), (60.0, True)])
+def test_what_decays_is_no_limit_cycle(numerator: float, lasts: bool) -> None:
+    """The loop without the limit is stable below 6, by Routh."""
+    seen = simulated(servo(Saturation(lowest=-1.0, highest=1.0), numerator, duration=60), "limit")
+    assert (seen is not None) == lasts
+
+
 @pytest.mark.defect(
     "S1090", before="a relay was that of its table, where a wire drove it to 5 times that", after="refused"
 )
