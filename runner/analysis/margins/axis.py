@@ -27,6 +27,8 @@ from proofmass.runner.host.arrays import Array, Complex
 from proofmass.runner.host.precision import precision
 
 TANGENTIAL = 1e-6  # part of its speed with which a pole must cross the boundary for its direction to be certain
+AT_REST = 1e-9  # of the largest |T|: one at rest that is rounding
+_LITTLE = 1e-3  # |T| at rest that may be rounding
 _FLAT = 1e-12
 
 
@@ -112,10 +114,13 @@ class CertifiedAxis:
 
     @precision()
     def fall(self) -> float | None:
-        """Return the first place at which |T| is 3 dB less than at rest."""
+        """Return the first place at which |T| is 3 dB less than at rest; None where it is zero there, to rounding."""
         above, below = self._axis.numerator, self._axis.closed
         at_rest = int(above[0]) ** 2, int(below[0]) ** 2
         if at_rest[0] == 0 or at_rest[1] == 0:
+            return None
+        size = _root_of(*at_rest)
+        if size < _LITTLE and size <= AT_REST * self.largest_ratio(above, below)[1]:
             return None
         found = positive_roots(2 * at_rest[1] * square(above) - at_rest[0] * square(below))
         return self._frequency(found[0]) if found else None

@@ -17,6 +17,7 @@ import numpy as np
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.margins.axis import AT_REST
 from proofmass.runner.analysis.margins.bracketed import stable_intervals
 from proofmass.runner.analysis.margins.delays import delay_margin
 from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR, FactorInterval, Figures
@@ -224,9 +225,12 @@ def _phase_crossovers(system: OpenLoop, response: Samples) -> list[float]:
 
 
 def _bandwidth(closed: Samples) -> float | None:
-    """Return where the closed loop, at the frequency of what goes in, first falls 3 dB below its value at rest."""
+    """Return where the closed loop, at the frequency of what goes in, first falls 3 dB below its value at rest.
+
+    It is None where it does not, or is zero at rest.
+    """
     at_rest = float(abs(closed.values[0]))
-    if at_rest == 0.0:
+    if at_rest <= AT_REST * float(np.max(np.abs(closed.values))):
         return None
     fallen = crossings(closed, lambda values: np.abs(values) / at_rest - math.sqrt(0.5), 1)
     return fallen[0] / (2.0 * math.pi) if fallen else None

@@ -278,6 +278,8 @@ class _FiguresOfLoop:
         least = self._found.elsewhere.get(figure, own)
         if self._found.elsewhere.get("gain_margin") == -math.inf:
             return NoValue(f"the loop {self._found.loop} is unstable {AT_ANOTHER_PHASE}", unstable=True)
+        if figure == "bandwidth" and math.isinf(own) and math.isinf(value_of_figure(self._found, "overshoot")):
+            return NoValue(f"the loop {self._found.loop} passes nothing at rest, and has no bandwidth")
         if not self._free:
             return Reading(least, {})
         system = (self._phases.at_worst(self._node, figure) if least != own else None) or self._now

@@ -1,17 +1,21 @@
-"""Figures of responses that do not settle: 1 / (j w) of an integrator is without limit at rest, and known elsewhere."""
+"""Figures of responses that do not settle, and of loops that pass nothing at rest.
+
+1 / (j w) of an integrator is without limit at rest, and known elsewhere.
+"""
 
 import math
 from typing import Any
 
 import pytest
 
-from proofmass import Graph
-from proofmass.blocks import Constant, DiscreteIntegrator
+from proofmass import Graph, margins
+from proofmass.blocks import Butterworth, Constant, DiscreteIntegrator, Gain, Negation, UnitDelay
 from proofmass.graphs.model.quantities import ResponseFigure
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.design.quantities.loop_figures import NoValue, Reading
 from proofmass.runner.design.quantities.output_figures import read_response
 from proofmass.runner.planning.plan import plan
+from proofmass.runner.verification.verify import Measurements, verify
 
 
 def read(figure: str, frequency: float | None = None) -> Reading | NoValue:
@@ -34,3 +38,34 @@ def test_it_has_a_gain_at_a_frequency() -> None:
     found = read("gain", 10.0)
     assert isinstance(found, Reading)
     assert found.value == pytest.approx(1e-3 / (2.0 * math.sin(math.pi * 1e-2)), rel=1e-9)
+
+
+@pytest.mark.defect(
+    "S1092", before="a high-pass in a loop: T(0) = 1e-17, and a bandwidth of half the rate", after="no bandwidth"
+)
+def test_a_loop_that_passes_nothing_at_rest_has_no_bandwidth() -> None:
+    loop = Graph(
+        name="",
+        rate="10 kHz",
+        samples=2,
+        blocks={
+            "high": Butterworth(order=1, high_pass=True, corner_frequency=10.0),
+            "low": Butterworth(order=1, corner_frequency=100.0),
+            "gain": Gain(gain=3.0),
+            "late": UnitDelay(),
+            "minus": Negation(),
+        },
+        wires=[
+            "minus.output -> high.input",
+            "high.output -> low.input",
+            "low.output -> gain.input",
+            "gain.output -> late.input",
+            "late.output -> minus.input",
+        ],
+        loops={"main": {"open_at": "gain.output"}},
+        requirements={"R": {"quantity": {"loop": "main", "figure": "bandwidth"}, "at_least": "1 Hz"}},
+    )
+    assert margins(loop).bandwidth is None
+    (found,) = verify(Measurements(loop, None, "python"))
+    assert not found.met
+    assert found.reason == "the loop main passes nothing at rest, and has no bandwidth"
