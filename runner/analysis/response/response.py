@@ -89,7 +89,12 @@ class Response(Told, Plotted):
 
     @cached_property
     def corners(self) -> tuple[float | None, float | None]:
-        """The band about the reference in which the gain falls by less than 3 dB; None where it does not fall."""
+        """The band about the reference in which the gain falls by less than 3 dB; None where it does not fall.
+
+        What does not settle has none: its gain is without limit.
+        """
+        if not math.isfinite(self.at_rest):
+            return None, None
         middle, size = self.reference
         frequencies = self._samples.w
         fallen = np.abs(self._samples.values) < _HALF * size
@@ -102,7 +107,7 @@ class Response(Told, Plotted):
 
     @property
     def bandwidth(self) -> float | None:
-        """Hz to which the gain is within 3 dB of that at rest; None where it never falls so far."""
+        """Hz to which the gain is within 3 dB of that at rest; None where it never falls so far, or does not settle."""
         return self.corners[1]
 
     @cached_property

@@ -17,13 +17,15 @@ def response_text(of: Response) -> str:
     """A response for people."""
     unit = f" {of.unit}" if of.unit != "1" else ""
     low, high = of.corners
-    at_rest = f"{of.at_rest:.6g}{unit}" if math.isfinite(of.at_rest) else "without limit"
+    settles = math.isfinite(of.at_rest)
+    at_rest = f"{of.at_rest:.6g}{unit}" if settles else "without limit"
+    beyond = f"above {of.wires.top:.5g} Hz" if settles else "none"
     lines = [
         f"{of.output} by {of.input}, linear at {of.time:g} s",
         f"  gain at 0 Hz      {at_rest}",
         f"  largest gain      {of.peak[1]:.6g}{unit} at {of.peak[0]:.5g} Hz",
         *([f"  lower corner      {low:.5g} Hz, -3 dB"] if low else []),
-        f"  bandwidth         {f'{high:.5g} Hz, -3 dB' if high else f'above {of.wires.top:.5g} Hz'}",
+        f"  bandwidth         {f'{high:.5g} Hz, -3 dB' if high else beyond}",
         f"  delay             {seconds_text(of.delay)} at {of.reference[0]:.5g} Hz",
         *_step_lines(of.step, unit),
     ]

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from proofmass import Graph, margins
+from proofmass import Graph, margins, response
 from proofmass.blocks import Butterworth, Constant, DiscreteIntegrator, Gain, Negation, UnitDelay
 from proofmass.graphs.model.quantities import ResponseFigure
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
@@ -31,6 +31,16 @@ def read(figure: str, frequency: float | None = None) -> Reading | NoValue:
 @pytest.mark.parametrize(("figure", "frequency"), [("peak", None), ("bandwidth", None), ("delay", None), ("gain", 0.0)])
 def test_what_does_not_settle_has_no_figure_of_all_frequencies(figure: str, frequency: float | None) -> None:
     assert read(figure, frequency) == NoValue("what push.output does to sum.output does not settle")
+
+
+@pytest.mark.defect("S1093", before="`response` gave an integrator a bandwidth of 0.7 mHz", after="none")
+def test_an_integrator_has_no_bandwidth() -> None:
+    blocks: dict[str, Any] = {"push": Constant(), "sum": DiscreteIntegrator()}
+    found = response(
+        Graph(name="", rate=1000, blocks=blocks, wires=["push.output -> sum.input"]), "push.output", "sum.output"
+    )
+    assert found.corners == (None, None)
+    assert "  bandwidth         none" in str(found)
 
 
 def test_it_has_a_gain_at_a_frequency() -> None:
