@@ -8,12 +8,15 @@ import json
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from proofmass.blocks.declaration.problem import Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.loops import AUTO, MARGIN_MEASURES
+from proofmass.runner.design.quantities.evaluator import refused
 from proofmass.runner.output.export import write_whole
+from proofmass.runner.run.faults import RunError
 from proofmass.runner.run.provenance import graph_hash
 from proofmass.runner.verification.verify import Finding, Measurements
 
@@ -35,19 +38,23 @@ def golden_file(graph: Path) -> Path:
     return graph.with_suffix(SUFFIX)
 
 
-def quantities(measurements: Measurements) -> Iterator[tuple[str, float, str]]:
-    """Yield name, value and unit of each measure, and of each margin of the loops."""
-    flat = measurements.flat
-    if flat.measures:
-        yield from ((name, measured.value, measured.unit) for name, measured in measurements.run.measures.items())
-    if flat.loops:
+def measured(measurements: Measurements) -> Iterator[tuple[str, float, str]]:
+    """Yield name, value and unit of each measure; raises `RunError`."""
+    if measurements.flat.measures:
+        yield from ((name, one.value, one.unit) for name, one in measurements.run.measures.items())
+
+
+def margins(measurements: Measurements) -> Iterator[tuple[str, float, str]]:
+    """Yield name, value and unit of each margin of the loops; raises `ModelError`, `RunError`."""
+    if measurements.flat.loops:
         for name, value in measurements.margins(AUTO).items():
             yield name, value, MARGIN_MEASURES[name.rpartition(".")[2]]
 
 
 def record(measurements: Measurements, path: Path) -> int:
     """Write the golden results of a graph, and return how many quantities there are; `OSError`."""
-    entries = {name: {"value": _written(value), "unit": unit} for name, value, unit in quantities(measurements)}
+    every = chain(measured(measurements), margins(measurements))
+    entries = {name: {"value": _written(value), "unit": unit} for name, value, unit in every}
     if not entries:
         hint = "add [measures] or [loops] to the graph"
         raise Problem(message="there is nothing to record", file=str(path), hint=hint).error
@@ -65,7 +72,7 @@ def read_golden(path: Path) -> Golden:
         for entry in entries.values():
             _read(entry["value"])
             _allowed(golden, entry, 0.0)
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
         hint = "record it again: proofmass verify GRAPH --record"
         message = f"is not a file of golden results: {type(error).__name__} {error}"
         raise Problem(message=message, file=str(path), hint=hint).error from None
@@ -74,24 +81,36 @@ def read_golden(path: Path) -> Golden:
 
 def compared(measurements: Measurements, golden: Golden) -> list[Finding]:
     """Return a finding for each quantity that was recorded, with its tolerance as limits."""
-    now = {name: (value, unit) for name, value, unit in quantities(measurements)}
-    findings = []
-    for name, entry in golden.entries.items():
-        value, unit = now.get(name, (math.nan, ""))
-        was = _read(entry["value"])
-        allowed = _allowed(golden, entry, abs(was))
-        low, high = (was, was) if math.isinf(was) else (was - allowed, was + allowed)
-        if unit != entry.get("unit", unit) or (math.isnan(was) and name not in now):
-            value = math.nan
-        if math.isnan(was) and math.isnan(value) and name in now:  # as before: without a value
-            value, low, high = 0.0, 0.0, 0.0
-        text = "As it was recorded." if name in now else "Recorded, and not there any more."
-        findings.append(Finding(f"golden.{name}", text, name, str(entry.get("unit", unit)), value, low, high))
-    return findings
+    now, why = dict[str, tuple[float, str]](), ""
+    for part in (measured, margins):
+        try:
+            now |= {name: (value, unit) for name, value, unit in part(measurements)}
+        except (ModelError, RunError) as error:
+            why = refused(error).reason
+    return [_compared(golden, name, now.get(name), why) for name in golden.entries]
+
+
+def _compared(golden: Golden, name: str, now: tuple[float, str] | None, why: str) -> Finding:
+    """Return a finding of one quantity: its value and unit now, or why it may have none."""
+    entry = golden.entries[name]
+    was, unit_then = _read(entry["value"]), str(entry.get("unit", now[1] if now else ""))
+    value, unit = now or (math.nan, unit_then)
+    allowed, text, reason = _allowed(golden, entry, abs(was)), "As it was recorded.", ""
+    low, high = (was, was) if math.isinf(was) else (was - allowed, was + allowed)
+    if now is None:
+        text, reason = ("As it was recorded.", why) if why else ("Recorded, and not there any more.", "")
+    elif unit != unit_then:
+        value, reason = math.nan, f"its unit was {unit_then}, and is {unit}"
+    elif math.isnan(was) and math.isnan(value):  # as before: without a value
+        value, low, high = 0.0, 0.0, 0.0
+    return Finding(f"golden.{name}", text, name, unit_then, value, low, high, reason)
 
 
 def _allowed(golden: Golden, entry: Mapping[str, Any], size: float) -> float:
-    own = {key: float(entry.get(key, golden.tolerance.get(key, 0.0))) for key in ("absolute", "relative")}
+    own = {key: _read(entry.get(key, golden.tolerance.get(key, 0.0))) for key in ("absolute", "relative")}
+    wrong = [value for value in own.values() if not value >= 0.0]
+    if wrong:
+        raise ValueError(f"a tolerance is at least 0, not {wrong[0]}")
     return own["absolute"] + (own["relative"] * size if math.isfinite(size) else 0.0)
 
 
