@@ -326,14 +326,13 @@ def period_map(
             end=without_slopes(engine.memory(), plan),
             rounded=in_code is not None,
             drops=engine.drops,
-            late=_late(plan, inputs, outputs),
+            late=late_by(plan, inputs[0], outputs[0]) if len(inputs) == len(outputs) == 1 else 0.0,
         )
 
 
-def _late(plan: Plan, inputs: Sequence[Endpoint], outputs: Sequence[Endpoint]) -> float:
-    if len(inputs) != 1 or len(outputs) != 1:
-        return 0.0
-    return (plan.beat(outputs[0]).phase - plan.beat(inputs[0]).phase) * plan.period
+def late_by(plan: Plan, input: Endpoint, output: Endpoint) -> float:
+    """Return the seconds from the first value of an input to that of an output, by clock offsets."""
+    return (plan.beat(output).phase - plan.beat(input).phase) * plan.period
 
 
 def _read(

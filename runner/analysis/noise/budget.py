@@ -23,7 +23,7 @@ from proofmass.runner.analysis.linearisation.linearisation import At, Linearisat
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period, upstream_of
 from proofmass.runner.analysis.linearisation.numbers import time_text
-from proofmass.runner.analysis.linearisation.period_map import PeriodMap, UnrepeatedError
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap, UnrepeatedError, late_by
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint
 from proofmass.runner.analysis.linearisation.wire_response import grid
 from proofmass.runner.analysis.margins.sensitivity import ranked
@@ -201,7 +201,9 @@ def _budget_about(
         density=np.sum(densities, axis=1),
         input=input,
         input_unit=short_unit(planned.unit(sources[0])) if sources else "",
-        gain=to_output.gain(shown, sources[0]) if sources else np.zeros(0, dtype=complex),
+        gain=to_output.gain(shown, sources[0], late_by(planned, sources[0], target))
+        if sources
+        else np.zeros(0, dtype=complex),
         period=to_output.period,
         notes=(
             *whole.notes,

@@ -110,11 +110,11 @@ class NoiseMap(SampledStateSpace):
         rows = [_squared(self._halves(part)) @ by_source for part in parts]
         return np.vstack(rows) * (2.0 * self.period / self.values**2) if rows else np.zeros((0, len(self.sources)))
 
-    def gain(self, frequencies: Array, source: Endpoint) -> Complex:
-        """Return what comes out at the frequency that goes in at an input."""
+    def gain(self, frequencies: Array, source: Endpoint, late: float) -> Complex:
+        """Return what comes out at the frequency that goes in at an input, whose first value is so much earlier."""
         a, b, c, d = self.matrices
         columns = self.columns(source)
-        return WireResponse((a, b[:, columns], c, d[:, columns]), self.period).gain(frequencies)
+        return WireResponse((a, b[:, columns], c, d[:, columns]), self.period, late).gain(frequencies)
 
     def heard(self, frequencies: Array) -> Complex:
         """Return the share of each column in the output at a frequency."""

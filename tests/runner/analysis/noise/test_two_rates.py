@@ -8,6 +8,7 @@ from proofmass.blocks.declaration.declare import Block, param
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.noise.budget import noise
+from proofmass.runner.analysis.response.response import response
 
 RATIO, LEAK, GAIN = 3, 0.9, 0.02
 
@@ -89,3 +90,24 @@ def test_a_block_of_the_users_own_takes_part() -> None:
     budget = noise(graph, "o.output")
     assert [(source.block, source.kind) for source in budget.sources] == [("own", "Popcorn")]
     assert budget.rms == pytest.approx(1.5, rel=1e-12)
+
+
+@pytest.mark.defect(
+    "S1100",
+    before="the gain of a budget, whose output ticks 2 ms after its input, had the phase of one without clock offsets",
+    after="its phase is that of `response`, and of a delay by hand",
+)
+def test_clock_offsets_turn_the_gain_of_a_budget() -> None:
+    blocks = {"w": WhiteNoise(), "slow": Gain(gain=3.0)}
+    graph = Graph(
+        name="",
+        rate="1 kHz",
+        blocks=blocks,
+        wires=["w.output -> slow.input"],
+        rates={"w": "200 Hz", "slow": "200 Hz"},
+        offsets={"slow": "2 ms"},
+    )
+    f = np.array([1.0, 30.0, 80.0])
+    budget = noise(graph, "slow.output", input="w.output", frequencies=f.tolist())
+    assert budget.gain == pytest.approx(3.0 * np.exp(-2j * np.pi * f * 2e-3), rel=1e-12)
+    assert budget.gain == pytest.approx(response(graph, "w.output", "slow.output", frequencies=f).gain, rel=1e-12)
