@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.unit_expressions import UnitError
-from proofmass.blocks.declaration.units import convert, same_dimension, short_unit
+from proofmass.blocks.declaration.units import convert, same_dimension, short_unit, split_quantity
 from proofmass.blocks.noise_and_drift.flicker_noise import FlickerNoise
 from proofmass.blocks.noise_and_drift.random_walk import RandomWalk
 from proofmass.blocks.noise_and_drift.white_noise import WhiteNoise
@@ -32,6 +32,8 @@ def noise_blocks_of(
     the Allan deviation comes down to. Flicker noise reaches down to a tenth of one by `longest`, in
     seconds, and up to half the rate.
     """
+    if not 0.0 < longest < math.inf:
+        raise Problem(message="must be > 0", key="longest", got=f"{longest:g} s").error
     unit = unit or _unit_of(figures)
     numbers = {name: _number(name, text, unit) for name, text in figures.items()}
     if "density" in numbers and "N" in numbers:
@@ -78,10 +80,11 @@ def _unit_of(figures: Mapping[str, str]) -> str:
 
 
 def _fits(text: str, unit: str) -> bool:
+    """Return whether a quantity may have a unit; one that cannot be read may have any, and `_number` refuses it."""
     try:
-        return same_dimension(text.lstrip("0123456789.eE+- ") or "1", unit)
+        return same_dimension(split_quantity(text)[1] or "1", unit)
     except UnitError:
-        return False
+        return True
 
 
 def _number(name: str, text: str, unit: str) -> float:

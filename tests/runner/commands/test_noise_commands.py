@@ -177,6 +177,20 @@ def test_the_flat_part_of_an_allan_curve_is_less_than_b(capsys: pytest.CaptureFi
     assert levels[1] / levels[0] == pytest.approx(1.0 / 0.664281, rel=1e-5)
 
 
+@pytest.mark.defect("H940", before="not an angular rate, nor an acceleration", after="half of what 1 deg/h is")
+def test_a_figure_of_a_data_sheet_may_be_a_fraction(capsys: pytest.CaptureFixture[str]) -> None:
+    whole, half = (said(capsys, "noise-model", "--rrw", f"{n} deg/(h*sqrt(h))") for n in ("1", "1/2"))
+    levels = [float(text.partition('coefficient = "')[2].split()[0]) for text in (whole, half)]
+    assert levels[1] == pytest.approx(0.5 * levels[0], rel=1e-12)
+    assert "unknown unit 'degg'" in said(capsys, "noise-model", "--arw", "1 degg/sqrt(h)", code=1)
+
+
+@pytest.mark.defect("C910", before="ZeroDivisionError", after="must be > 0")
+def test_flicker_noise_holds_for_some_time(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ("noise-model", "--bias-instability", "1 deg/h", "--longest", "0 s")
+    assert "longest: must be > 0" in said(capsys, *words, code=1)
+
+
 VECTOR = """name = "two tones"
 rate = "1 kHz"
 samples = 500
