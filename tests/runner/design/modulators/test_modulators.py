@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,9 @@ from scipy import signal
 from proofmass import Graph, ModelError, design_modulator, read_graph, simulate, write_graph
 from proofmass.runner.design.modulators.noise_transfer import NoiseTransfer, synthesised
 from proofmass.runner.design.modulators.prediction import _growth, _powers, predicted
+from proofmass.runner.design.modulators.simulation import enough_samples
 from proofmass.runner.design.modulators.structures import FORMS, Structure, loop_response, realised, scaled
+from proofmass.runner.design.modulators.text import modulator_text
 
 
 @pytest.mark.parametrize("order", [1, 2, 4, 7])
@@ -221,6 +224,9 @@ def test_states_stay_within_the_swing_up_to_the_peak() -> None:
         ("feeds", {"feeds": "all", "pulse": (0.0, 1.0)}),
         ("pulse", {"pulse": (0.5, 1.5)}),
         ("samples", {"samples": 10}),
+        ("samples", {"samples": 0}),
+        ("samples", {"oversampling": 150, "samples": 1024}),
+        ("oversampling", {"oversampling": 1e6}),
     ],
 )
 def test_what_cannot_be_designed_is_refused(key: str, options: dict[str, object]) -> None:
@@ -230,6 +236,44 @@ def test_what_cannot_be_designed_is_refused(key: str, options: dict[str, object]
     assert problem.key == key
     assert problem.got
     assert problem.expected or problem.hint
+
+
+@pytest.mark.defect(
+    "S1101",
+    before="at an oversampling of 2048 each simulated ratio was 'overload', states were scaled by the least amplitude",
+    after="a run as long as the band needs: 75 to 110 dB at -20 dB, and the first state swings by 1 at the peak",
+)
+@pytest.mark.exhaustive
+def test_a_narrow_band_has_longer_runs() -> None:
+    of = design_modulator(1, 2048, gain=1.9)
+    ratios = dict(zip(of.amplitudes, of.simulated, strict=True))
+    assert ratios[-20.0] is not None
+    assert 75.0 < ratios[-20.0] < 110.0
+    rows, last = of.structure.stepped(of.coefficients)
+    size, x, most = 10.0 ** (of.peak[0] / 20.0), 0.0, 0.0
+    for n in range(4096):
+        u = size * math.sin(2.0 * math.pi * n / 4096.0)
+        x = rows[0] @ [x, u, 1.0 if last[:2] @ [x, u] >= 0.0 else -1.0]
+        most = max(most, abs(x))
+    assert most == pytest.approx(1.0, rel=0.02)
+
+
+def test_a_run_is_as_long_as_the_band_needs() -> None:
+    of = design_modulator(1, 64, gain=1.9, samples=1024)
+    assert enough_samples(16_384, of.band) == 16_384
+    assert enough_samples(16_384, replace(of, oversampling=2048.0).band) == 65_536
+    source = replace(of, oversampling=20_000.0).graph().blocks["input"]
+    assert source.frequency / 1e6 < 0.5 / 20_000.0, "the tone lies in the band"
+
+
+@pytest.mark.defect("H941", before="peak nan dB at nan dB of full scale", after="peak none: overload at each amplitude")
+def test_a_loop_that_is_lost_at_each_amplitude_has_no_peak() -> None:
+    of = design_modulator(5, 64, gain=6.0, samples=2048)
+    assert of.simulated == (None,) * len(of.amplitudes)
+    assert np.isnan(of.swings).all(), "states of a lost loop scale nothing"
+    lines = modulator_text(of).splitlines()
+    assert "  peak              none: overload at each amplitude, by simulation" in lines
+    assert any(line.split() == ["swing", *["-"] * 5] for line in lines)
 
 
 def test_a_pulse_of_half_a_period_has_no_graph() -> None:
