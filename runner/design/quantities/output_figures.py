@@ -127,7 +127,8 @@ def _referred(
 
     def mean_square(of: NoiseMap) -> float:
         def density(frequencies: Array) -> Array:
-            squares, gain = of.densities(frequencies).sum(axis=1), np.abs(of.gain(frequencies, source))
+            squares = of.densities(frequencies).sum(axis=1)
+            gain = np.abs(of.gain(frequencies, source, 0.0))  # clock offsets turn its phase alone
             if not gain.any():
                 raise unreached(source, target).error
             with np.errstate(divide="ignore"):  # at a zero of the gain there is no end to it
