@@ -15,12 +15,13 @@ from proofmass.graphs.model.limits import ESCAPES, KEY_LENGTH, KEY_PARTS, NESTIN
 KeyPath = tuple[str, ...]
 Token = tuple[str, str, int]  # kind, text and line; the kind of a mark is the mark itself
 
-# Possessive quantifiers (*+) never backtrack: the time grows with the length of the text alone.
+# Possessive quantifiers (*+) never backtrack: the time grows with the length of the text alone. Those of groups are
+# plain, since Python up to 3.11.4 matches possessive ones wrongly: their alternatives begin with other characters.
 _TOKEN = re.compile(
-    r"[ \t\r]*+(?:#[^\n]*+)?+"
+    r"[ \t\r]*+(?:#[^\n]*+)?"
     r"(?:(?P<newline>\n[ \t\r\n]*+)"
-    r'|(?P<long>"""(?:[^\\"]++|\\.|"(?!""))*+"{3,5}+|\'\'\'(?:[^\']++|\'(?!\'\'))*+\'{3,5}+)'
-    r'|(?P<text>"(?!"")(?:[^"\\\n]++|\\[^\n])*+"|\'(?!\'\')[^\'\n]*+\')'
+    r'|(?P<long>"""(?:[^\\"]++|\\.|"(?!""))*"{3,5}+|\'\'\'(?:[^\']++|\'(?!\'\'))*\'{3,5}+)'
+    r'|(?P<text>"(?!"")(?:[^"\\\n]++|\\[^\n])*"|\'(?!\'\')[^\'\n]*+\')'
     r"|(?P<mark>[][{}=,.])"
     r"|(?P<bare>[^][{}=,.\s#\"']++))",
     re.DOTALL,

@@ -23,7 +23,7 @@ from proofmass.graphs.formulas.tree import LARGEST_WHOLE_POWER, Apply, Name, Num
 LENGTH = 400  # characters
 DEPTH = 24  # brackets, signs and powers inside each other
 _TOKEN = re.compile(
-    r"\s*+(?:(?P<number>(?:\d[\d_]*+\.?[\d_]*+|\.\d[\d_]*+)(?:[eE][+-]?\d+)?+)"
+    r"\s*+(?:(?P<number>(?:\d[\d_]*+\.?[\d_]*+|\.\d[\d_]*+)(?:[eE][+-]?\d+)?)"
     r"|(?P<name>[A-Za-zµμΩ_][A-Za-z0-9_µμΩ]*+|%)"
     r"|(?P<mark>\*\*|[-+*/^(),]))",
     re.ASCII,

@@ -74,7 +74,7 @@ def test_bits_and_samples() -> None:
 
 def test_the_converter_is_the_designed_one() -> None:
     """The analog filter of the part answers a decision as the designed discrete loop does (impulse invariance)."""
-    design = design_modulator(3, 76.8, gain=1.6, form="CRFF", swing=None, samples=1024)
+    design = design_modulator(3, 76.8, gain=1.6, form="CRFF", swing=None, samples=4096)
     step = scipy.linalg.expm(RATES)[:3]
     x, seen = step[:, 4], []
     for _ in range(30):

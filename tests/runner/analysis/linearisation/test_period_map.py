@@ -21,7 +21,7 @@ from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.forward import Course
-from proofmass.runner.analysis.linearisation.period_map import PeriodMap, _late, period_map
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap, late_by, period_map
 from proofmass.runner.continuous.exact_hold import hold
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.reference.interpret import Interpreter
@@ -242,5 +242,9 @@ def test_an_output_is_late_by_the_offset_of_its_clock() -> None:
     blocks = ("first", UnitDelay(), "input", "output"), ("last", UnitDelay(), "input", "output")
     planned = plan(chain(*blocks, rates={"last": 100}, offsets={"last": "3 ms"}))
     first, last = ("first", "output"), ("last", "output")
-    assert _late(planned, [first], [last]) == pytest.approx(3e-3)
-    assert _late(planned, [first, last], [last]) == _late(planned, [first], [first, last]) == 0.0
+    assert late_by(planned, first, last) == pytest.approx(3e-3)
+    late = [
+        period_map(planned, *ends).late
+        for ends in (([first], [last]), ([first, last], [last]), ([first], [first, last]))
+    ]
+    assert late == pytest.approx([3e-3, 0.0, 0.0])
