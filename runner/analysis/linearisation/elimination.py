@@ -34,16 +34,17 @@ def eliminated(a: Array, b: Array, c: Array, d: float) -> tuple[Any, Any] | None
 def _edges(a: Array, b: Array, c: Array, d: float) -> Edges:
     """Return what acts on each state and, as node n, on the output; n is the input there."""
     n, later = len(a), flint.fmpq_poly([0, 1])
-    edges: Edges = [{int(j): _fraction(a[i, j]) * later for j in np.flatnonzero(a[i])} for i in range(n)]
+    edges: Edges = [{int(j): fraction(a[i, j]) * later for j in np.flatnonzero(a[i])} for i in range(n)]
     for i in np.flatnonzero(b).tolist():
-        edges[i][n] = _fraction(b[i]) * later
-    edges.append({int(j): flint.fmpq_poly([_fraction(c[j])]) for j in np.flatnonzero(c)})
+        edges[i][n] = fraction(b[i]) * later
+    edges.append({int(j): flint.fmpq_poly([fraction(c[j])]) for j in np.flatnonzero(c)})
     if d:
-        edges[n][n] = flint.fmpq_poly([_fraction(d)])
+        edges[n][n] = flint.fmpq_poly([fraction(d)])
     return edges
 
 
-def _fraction(value: float) -> Any:
+def fraction(value: float) -> Any:
+    """Return what a double is, to all bits."""
     return flint.fmpq(*float(value).as_integer_ratio())
 
 

@@ -11,7 +11,6 @@ arithmetic.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +18,7 @@ import flint
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.balance import balanced
-from proofmass.runner.analysis.linearisation.elimination import eliminated
+from proofmass.runner.analysis.linearisation.elimination import eliminated, fraction
 from proofmass.runner.analysis.linearisation.many_roots import many_roots
 from proofmass.runner.analysis.linearisation.real_roots import Polynomial, isolated
 from proofmass.runner.host.arrays import Array
@@ -62,43 +61,25 @@ def transfer(a: Array, b: Array, c: Array, d: float) -> Transfer | None:
     a, b, c = _scaled(a, b.reshape(n), c.reshape(n))
     sparse = eliminated(a, b, c, d)
     if sparse is not None:
-        return _in_z(*sparse, n)
+        return _over_integers(*(flint.fmpq_poly(_backwards(part.coeffs(), n)) for part in sparse))  # in z, not 1 / z
     if n > LARGEST_ORDER:
         return None
-    matrix, below = _integers(a)
-    column, below_column = _integers(b.reshape(n, 1))
-    row, below_row = _integers(c.reshape(1, n))
-    bits = max(below, below_column + below_row)
-    matrix *= 2 ** (bits - below)
-    product = column * row * 2 ** (bits - below_column - below_row)
-    denominator, closed = (_unscaled(each.charpoly(), bits) for each in (matrix, matrix - product))
-    passed, below_passed = fraction_of(d)
-    unit = 2**below_passed
-    return _coprime_to_numbers(unit * (closed - denominator) + passed * denominator, unit * denominator)
+    matrix, column, row = map(_fractions, (a, b.reshape(n, 1), c.reshape(1, n)))
+    below = matrix.charpoly()
+    return _over_integers((matrix - column * row).charpoly() - below + fraction(d) * below, below)
 
 
-def _in_z(above: Any, below: Any, order: int) -> Transfer:
-    """Return the quotient of polynomials in 1 / z as one in z, with the degree of the number of states below."""
-    unit = math.lcm(int(above.denom()), int(below.denom()))
-    parts = ((part * unit).numer().coeffs() for part in (above, below))
-    return _coprime_to_numbers(*(flint.fmpz_poly([*[0] * (order + 1 - len(part)), *part[::-1]]) for part in parts))
-
-
-def _coprime_to_numbers(numerator: Polynomial, denominator: Polynomial) -> Transfer:
-    content = math.gcd(int(numerator.content()), int(denominator.content()))
-    return Transfer(_divided(numerator, content), _divided(denominator, content))
+def _over_integers(numerator: Any, denominator: Any) -> Transfer:
+    """Return the quotient of polynomials with fractions as coefficients, by integers without a common factor."""
+    unit = math.lcm(int(numerator.denom()), int(denominator.denom()))
+    parts = [(part * unit).numer() for part in (numerator, denominator)]
+    content = max(math.gcd(*(int(part.content()) for part in parts)), 1)
+    return Transfer(*(flint.fmpz_poly([value // content for value in part.coeffs()]) for part in parts))
 
 
 def characteristic(a: Array) -> Polynomial:
     """Return det(z - A) up to a power of two."""
-    matrix, bits = _integers(_scaled(a, np.zeros(len(a)), np.zeros(len(a)))[0])
-    return _unscaled(matrix.charpoly(), bits) if len(a) else flint.fmpz_poly([1])
-
-
-def fraction_of(value: float) -> tuple[int, int]:
-    """Return integers m and k >= 0 with value = m / 2^k."""
-    numerator, denominator = float(value).as_integer_ratio()
-    return numerator, denominator.bit_length() - 1
+    return _fractions(_scaled(a, np.zeros(len(a)), np.zeros(len(a)))[0]).charpoly().numer()
 
 
 def even_and_odd(polynomial: Polynomial) -> tuple[Polynomial, Polynomial]:
@@ -154,30 +135,16 @@ def _scaled(a: Array, b: Array, c: Array) -> tuple[Array, Array, Array]:
     return (alike, into, out) if same and np.array_equal(out / scale, c) else (a, b, c)
 
 
-def _integers(matrix: Array) -> tuple[Any, int]:
-    """Return the matrix as integers over one power of two."""
-    parts: Sequence[Sequence[tuple[int, int]]] = [[fraction_of(value) for value in row] for row in matrix]
-    bits = max((below for row in parts for _, below in row), default=0)
-    return flint.fmpz_mat(
-        len(parts), matrix.shape[1], [top << (bits - below) for row in parts for top, below in row]
-    ), bits
-
-
-def _unscaled(characteristic: Polynomial, bits: int) -> Polynomial:
-    """Return det(z - M) up to a power of two, from det(x - 2^bits M)."""
-    return flint.fmpz_poly([value << (bits * i) for i, value in enumerate(map(int, characteristic.coeffs()))])
-
-
-def _divided(polynomial: Polynomial, content: int) -> Polynomial:
-    return polynomial if content in (0, 1) else flint.fmpz_poly([value // content for value in polynomial.coeffs()])
+def _fractions(matrix: Array) -> Any:
+    return flint.fmpq_mat(*matrix.shape, [fraction(value) for value in matrix.ravel().tolist()])
 
 
 def _turned(polynomial: Polynomial, degree: int) -> Polynomial:
-    """(1 - s)^degree p((1 + s) / (1 - s)), by Horner's rule."""
-    up, down = flint.fmpz_poly([1, 1]), flint.fmpz_poly([1, -1])
-    value, power = flint.fmpz_poly([0]), flint.fmpz_poly([1])
-    coefficients = polynomial.coeffs()
-    for coefficient in reversed([*coefficients, *[0] * (degree + 1 - len(coefficients))]):
-        value = value * up + coefficient * power
-        power *= down
-    return value
+    """(1 - s)^degree p((1 + s) / (1 - s)), by z = 2 / (1 - s) - 1."""
+    powers = [value * 2**k for k, value in enumerate(polynomial(flint.fmpz_poly([-1, 1])).coeffs())]
+    return flint.fmpz_poly(_backwards(powers, degree))(flint.fmpz_poly([1, -1]))
+
+
+def _backwards(coefficients: list[Any], degree: int) -> list[Any]:
+    """Return the coefficients of z^degree p(1 / z)."""
+    return [*[0] * (degree + 1 - len(coefficients)), *coefficients[::-1]]
