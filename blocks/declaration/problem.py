@@ -5,6 +5,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from html import escape
+from typing import Any
 
 _LISTED = 12  # names in a hint
 _COMPARED = 2000  # names; comparing takes some microseconds each
@@ -69,6 +70,11 @@ class Problem:
 def problems_of_table(*table: str) -> Callable[..., Problem]:
     """Return what makes problems of a table: of a message, the keys below the table, and the other fields."""
     return lambda message, *path, **more: Problem(message=message, path=(*table, *path), **more)
+
+
+def problem_of_output(node: tuple[str, str], message: str, **more: Any) -> Problem:
+    """Return the problem of an output of a graph, by its signal, at the place of its block."""
+    return Problem(message=message, key=".".join(node), path=("blocks", node[0]), **more)
 
 
 class Problems(list[Problem]):

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem, problem_of_output
 from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Onward
@@ -216,11 +216,9 @@ def analog_rates(
 
 
 def _within(node: Endpoint, tear: Endpoint) -> Problem:
-    signal = ".".join(node)
-    return Problem(
-        message=f"{signal} lies in a loop that Newton's method solves: its value follows from the others",
-        key=signal,
+    return problem_of_output(
+        node,
+        message=f"{'.'.join(node)} lies in a loop that Newton's method solves: its value follows from the others",
         expected="an output that is not solved together with others",
         hint=f"open the loop elsewhere, or put a LowPass after {'.'.join(tear)}",
-        path=("blocks", node[0]),
     )

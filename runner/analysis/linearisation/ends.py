@@ -49,7 +49,8 @@ class Ends:
     def wires_of(self, whole: PeriodMap) -> PeriodMap:
         """Return a map between these ends without the noise that enters, and without what quantisers are given."""
         entries = (whole.outputs, self.outputs), (whole.inputs, self.inputs)
-        return whole.with_ends(*([i for i, entry in enumerate(of) if entry[:2] in own] for of, own in entries))
+        wanted = ([i for i, entry in enumerate(of) if entry[:2] in own] for of, own in entries)
+        return replace(whole.part(range(whole.order), *wanted), later=tuple(map(self.wires_of, whole.later)))
 
     def blocks(self, plan: Plan) -> tuple[set[str], set[str]]:
         """Blocks that the outputs depend on, and those of them that the map has the states of."""

@@ -38,7 +38,7 @@ def find_loops(plan: Plan) -> list[LoopGroup]:
 def _groups(plan: Plan, part: _Wiring) -> Iterator[LoopGroup]:
     """Yield the loops of outputs that all reach each other, and apart those that go through none that can be cut."""
     wires = sorted((node for node in part if _can_be_cut(plan, part, node)), key=lambda n: (-plan.stride(n), n))
-    apart = loops(_without(part, wires)) if wires else []
+    apart = loops(_within(part, part.keys() - wires)) if wires else []
     for inner in apart:
         yield from _groups(plan, _within(part, inner))
     one = {node: min(inner) for inner in apart for node in inner}
@@ -53,10 +53,6 @@ def _groups(plan: Plan, part: _Wiring) -> Iterator[LoopGroup]:
 
 def _within(wiring: _Wiring, part: Collection[Endpoint]) -> _Wiring:
     return {node: [after for after in wiring.get(node, ()) if after in part] for node in part}
-
-
-def _without(part: _Wiring, cuts: Collection[Endpoint]) -> _Wiring:
-    return _within(part, part.keys() - cuts)
 
 
 def _port_graph(plan: Plan) -> dict[Endpoint, list[Endpoint]]:
@@ -83,7 +79,7 @@ def _can_be_cut(plan: Plan, part: _Wiring, node: Endpoint) -> bool:
 
 def _opens(part: _Wiring, cuts: Collection[Endpoint]) -> bool:
     """Return whether cutting these outputs leaves no loop."""
-    return not loops(_without(part, cuts))
+    return not loops(_within(part, part.keys() - cuts))
 
 
 def _fewest(part: _Wiring, wires: list[Endpoint]) -> list[Endpoint]:

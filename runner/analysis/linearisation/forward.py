@@ -45,14 +45,10 @@ _LONG = 2_048  # ticks of a period, from which compiling slowly pays
 class Forward:
     """A run that can be continued. Plain Python and machine code give the same bits."""
 
-    def __init__(
-        self,
-        plan: Plan,
-        memory: Memory | None = None,
-        progress: Progress | None = None,
-        code: "MachineCode | None" = None,
-    ) -> None:
-        self._plan, self.progress = replace(plan, probes=()), progress
+    progress: Progress | None = None
+
+    def __init__(self, plan: Plan, memory: Memory | None = None, code: "MachineCode | None" = None) -> None:
+        self._plan = replace(plan, probes=())
         self._code = code or MachineCode(self._plan)
         begin = memory or start(plan)
         self._engine = self._code.run(self._plan, begin, 0) if self._code.known else self._python(begin)
@@ -266,11 +262,11 @@ class Course:
 
     def from_memory(self, memory: Memory | None) -> Forward:
         """Return a run from a memory on, or from tick 0."""
-        return Forward(self.plan, memory and memory.copy(), code=self._code)
+        return Forward(self.plan, memory and memory.copy(), self._code)
 
     def with_noise(self, memory: Memory) -> Forward:
         """Return a run with noise from a memory on."""
-        return Forward(self._noisy, memory, code=self._noisy_code)
+        return Forward(self._noisy, memory, self._noisy_code)
 
 
 class Onward:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
 
 from proofmass.blocks.declaration.declare import BlockType
-from proofmass.blocks.declaration.problem import Problem
+from proofmass.blocks.declaration.problem import Problem, problem_of_output
 from proofmass.graphs.model.digraph import reached, turned
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
@@ -63,14 +63,12 @@ def period_of_blocks(plan: Plan, blocks: set[str], ends: Sequence[Endpoint]) -> 
 
 def too_many(node: Endpoint, values: int) -> Problem:
     """Return the problem of a wire with so many values in a map."""
-    signal = ".".join(node)
-    return Problem(
-        message=f"the loop has too many values of {signal} in its common period",
-        key=signal,
+    return problem_of_output(
+        node,
+        message=f"the loop has too many values of {'.'.join(node)} in its common period",
         got=f"{values:,}",
         expected=f"at most {MOST_VALUES:,}",
         hint="open the loop at its slowest wire, where a period has few values",
-        path=("blocks", node[0]),
     )
 
 

@@ -1,6 +1,6 @@
 """Problems of an output at which no loop can be opened."""
 
-from proofmass.blocks.declaration.problem import Problem
+from proofmass.blocks.declaration.problem import Problem, problem_of_output
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.find_loops import find_loops
 from proofmass.runner.plan.groups import Group
@@ -9,25 +9,22 @@ from proofmass.runner.plan.planned import Plan
 
 def no_gain(node: Endpoint) -> Problem:
     """Nothing that goes in at the output comes back to it."""
-    signal = ".".join(node)
-    return Problem(
-        message=f"what goes in at {signal} does not come back",
-        key=signal,
+    return problem_of_output(
+        node,
+        message=f"what goes in at {'.'.join(node)} does not come back",
         expected="a loop in which every block passes small changes on",
         hint="a limit may be reached there, or a signal only compared; try another time with --at",
-        path=("blocks", node[0]),
     )
 
 
 def not_periodic(node: Endpoint) -> Problem:
     """Loops in continuous time have no margins about an orbit."""
     signal = ".".join(node)
-    return Problem(
+    return problem_of_output(
+        node,
         message=f"a loop among continuous blocks is opened at {signal}: about a periodic orbit it has no margins",
-        key=signal,
         expected="an output that is sampled or held",
         hint="open the loop at a discrete block, or name a time with --at",
-        path=("blocks", node[0]),
     )
 
 
@@ -37,11 +34,10 @@ def not_within(planned: Plan, group: Group, node: Endpoint) -> Problem:
     wires = planned.schedule.drivers.items()
     readers = [f"{name}.{entry}" for (name, entry), source in wires if source == node and name in group.members]
     cuts = [cut for part in find_loops(planned) if signal in part.ports for cut in part.open_at]
-    return Problem(
+    return problem_of_output(
+        node,
         message=f"no loop among continuous blocks goes through {signal}, and between them nothing is sampled",
-        key=signal,
         got=", ".join(sorted(readers)),
         expected="an output whose values are sampled or held",
         hint=f"open the loop at {' or '.join(cuts[:3])}" if cuts else "open the loop at a discrete block",
-        path=("blocks", node[0]),
     )

@@ -108,11 +108,6 @@ class PeriodMap:
         """Return the map to these outputs alone."""
         return self.part(range(self.order), outputs, range(len(self.inputs)))
 
-    def with_ends(self, outputs: Sequence[int], inputs: Sequence[int]) -> "PeriodMap":
-        """Return the map with these outputs and inputs alone."""
-        later = tuple(one.with_ends(outputs, inputs) for one in self.later)
-        return replace(self.part(range(self.order), outputs, inputs), later=later)
-
     def part(self, states: Sequence[int], outputs: Sequence[int], inputs: Sequence[int]) -> "PeriodMap":
         """Return the map with these states, outputs and inputs alone."""
         n = self.order

@@ -24,7 +24,8 @@ from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.numbers import Orbit, wires_of
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, period_map
 from proofmass.runner.analysis.linearisation.rings import Entry
-from proofmass.runner.analysis.linearisation.seeds import NO_RINGS, at_place, place_of, put
+from proofmass.runner.analysis.linearisation.seeds import NO_RINGS
+from proofmass.runner.analysis.linearisation.surroundings import moved
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
@@ -155,7 +156,8 @@ class _Shooting:
                     if wrong
                     else (PeriodicPoint(memory, periods * self.common, misfit, steps, self._slow[1]), "")
                 )
-            memory = _moved(memory, whole, change)
+            by = {entry: step for entry, step in zip(whole.states, change.tolist(), strict=True) if step}
+            memory = moved(memory, by, NO_RINGS)
         return None, worst
 
     def _wrong(self, whole: PeriodMap, memory: Memory, scale: Array, periods: int) -> str:
@@ -218,16 +220,6 @@ def _newton_step(whole: PeriodMap, scale: Array) -> tuple[Array, float, Array]:
     change[moving] = np.linalg.pinv(system[:, moving], rcond=_NULL) @ (step / scale)
     closing = system @ change
     return change * scale, float(np.max(np.abs(closing))), step / scale - closing
-
-
-def _moved(memory: Memory, whole: PeriodMap, change: Array) -> Memory:
-    """Return a copy with changed states."""
-    moved = memory.copy()
-    for entry, by in zip(whole.states, change.tolist(), strict=True):
-        place = place_of(moved, entry, NO_RINGS)
-        if by:
-            put(moved, place, at_place(moved, place) + by)
-    return moved
 
 
 def _alike(first: PeriodMap, second: PeriodMap, scale: Array) -> bool:

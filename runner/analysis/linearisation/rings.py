@@ -8,7 +8,7 @@ schedule, not the turn of a ring.
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import partial
+from typing import Any
 
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
@@ -52,31 +52,27 @@ class Rings:
         """Return the periods after which all places are where they were; 1 without rings."""
         return math.lcm(*(ring.turn for ring in self.of.values()))
 
-    def states_of(self, memory: Memory, names: Collection[str]) -> Iterator[tuple[Entry, float]]:
-        """Yield the numbers that blocks hold, buffers by their entries, without the places."""
+    def states_of(
+        self, memory: Memory, names: Collection[str], kind: type[Any] = object
+    ) -> Iterator[tuple[Entry, float]]:
+        """Yield the numbers of a kind that blocks hold, buffers by their entries, without the places.
+
+        All entries of a buffer are of one kind.
+        """
         places = self.places()
         for name in names:
             state = memory.states[name]
             for key, value in zip(state._fields, state, strict=True) if state is not None else ():
-                if (name, key) not in places:
+                if isinstance(value, kind) and (name, key) not in places:
                     yield (name, key, -1), value
         for (name, buffer), cells in memory.of_blocks().items():
-            if name in names and isinstance(cells, list):
+            if name in names and isinstance(cells, list) and cells and isinstance(cells[0], kind):
                 for number in range(len(cells)):
                     yield (name, buffer, number), cells[self.cell(memory, name, buffer, number)]
 
     def integers_of(self, memory: Memory, names: Collection[str]) -> list[int]:
-        """Return the integers and truth values among these numbers; all entries of a buffer are of one kind."""
-        places, found = self.places(), list[int]()
-        for name in names:
-            state = memory.states[name]
-            for key, value in zip(state._fields, state, strict=True) if state is not None else ():
-                if isinstance(value, int) and (name, key) not in places:
-                    found.append(value)
-        for (name, buffer), cells in memory.of_blocks().items():
-            if name in names and isinstance(cells, list) and cells and isinstance(cells[0], int):
-                found += [int(cells[self.cell(memory, name, buffer, number)]) for number in range(len(cells))]
-        return found
+        """Return the integers and truth values among these numbers."""
+        return [int(value) for _, value in self.states_of(memory, names, int)]
 
 
 def find_rings(plan: Plan, names: Collection[str], after: Callable[[int], Memory]) -> Rings:
@@ -87,7 +83,7 @@ def find_rings(plan: Plan, names: Collection[str], after: Callable[[int], Memory
         if name not in names or not isinstance(cells, list) or len(cells) < 2 or state is None:
             continue
         for place, kind in type(state).__annotations__.items():
-            ring = _ring(place, len(cells), partial(_place_after, after, name, place)) if kind is int else None
+            ring = _ring(name, place, len(cells), after) if kind is int else None
             if ring:
                 found[name, buffer] = ring
                 break
@@ -98,12 +94,12 @@ def _place(memory: Memory, name: str, place: str) -> int:
     return int(getattr(memory.states[name], place))
 
 
-def _place_after(after: Callable[[int], Memory], name: str, place: str, periods: int) -> int:
-    return _place(after(periods), name, place)
+def _ring(name: str, place: str, length: int, after: Callable[[int], Memory]) -> Ring | None:
+    """Return the ring of a place by the memory `after` some periods; None if it is not a place in so many cells."""
 
+    def at(periods: int) -> int:
+        return _place(after(periods), name, place)
 
-def _ring(place: str, length: int, at: Callable[[int], int]) -> Ring | None:
-    """Return the ring of which `at` is the place after some periods; None if it is not a place in so many cells."""
     first, step = at(0), at(1) - at(0)
     if not step or not (0 <= first < length and 0 <= at(1) < length):
         return None

@@ -66,7 +66,7 @@ def resting_numbers(plan: Plan) -> RestingNumbers:
     # what measures sum up goes on, and is in no order
     names = sorted(upstream_of(plan, looped or {name for name, _ in outputs_of(plan.schedule.order)}))
     ticks = math.lcm(*(plan.schedule.divisors[name] for name in looped or names))
-    begin = {entry: x for entry, x in NO_RINGS.states_of(start(plan), names) if isinstance(x, float)}
+    begin = dict(NO_RINGS.states_of(start(plan), names, float))
     own = np.array([name in (looped or names) for name, _, _ in begin], dtype=bool)
     return RestingNumbers(tuple(begin), np.array([*begin.values()]), own, ticks, frozenset(looped))
 

@@ -13,7 +13,7 @@ those of the implicit function: x = F(x, p) gives dx/dp = (I - A)^-1 dF/dp.
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem, problem_of_output
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
@@ -98,13 +98,12 @@ class SteadyState:
         return matrix[:n, :n], whole, mean[:n], float(mean[n:-1].sum()), matrix[:n, -1], float(mean[-1]), at_input
 
     def _does_not_settle(self, target: Endpoint, lasting: Lasting) -> Problem:
-        signal, holders = ".".join(target), lasting.holders([entry[0] for entry in self._map.states])
-        return Problem(
-            message=f"{signal} does not settle: it has no scale factor and no bias",
-            key=signal,
+        holders = lasting.holders([entry[0] for entry in self._map.states])
+        return problem_of_output(
+            target,
+            message=f"{'.'.join(target)} does not settle: it has no scale factor and no bias",
             got=f"a mode that does not decay, of size {lasting.largest:.6g}, in {', '.join(holders)}",
             hint="a loop is unstable or open, or an integrator is fed by something constant",
-            path=("blocks", target[0]),
         )
 
 

@@ -26,6 +26,7 @@ _SMALLEST = 2.0**-1022  # that has all of its digits
 
 def run(function: Callable[..., Any], numbers: tuple[int, ...], arrays: list[AnyArray], kinds: tuple[Any, ...]) -> None:
     """Call a Python function of integers and arrays as machine code; arrays are laid out row by row."""
+    arrays = [*map(np.ascontiguousarray, arrays)]  # those that it writes are so
     _code(function, len(numbers), kinds)(*numbers, *(each.ctypes.data for each in arrays))
 
 
@@ -48,9 +49,8 @@ def joined(
     """
     values = int(valued.sum())
     a, b, c = np.zeros((values, n, n)), np.zeros((values, n)), np.zeros((values, n))
-    kinds = zip((valued, tick, row, column, value), (np.int64,) * 4 + (float,), strict=True)
-    arrays = [np.ascontiguousarray(of, kind) for of, kind in kinds]
-    arrays += [np.eye(n, n + 1), np.empty((n + 1 + others, n + 1)), a, b, c]
+    places = [of.astype(np.int64) for of in (valued, tick, row, column)]
+    arrays = [*places, value, np.eye(n, n + 1), np.empty((n + 1 + others, n + 1)), a, b, c]
     numbers = len(valued), len(value), n, others
     run(_join, numbers, arrays, (PLACES, (PLACES,) * 3, CONSTANT, (MOVED,) * 2, (MOVED,) * 3))
     return a, b, c, np.zeros(values)
@@ -67,8 +67,7 @@ def products(
     rows = np.zeros((n, count, n), dtype=loops.dtype)
     rows[range(n), :, range(n)] = 1.0
     exponents = np.zeros(count, dtype=np.int64)
-    arrays = [np.ascontiguousarray(part) for part in (a, b, c, loops.T)]
-    arrays += [rows, np.empty_like(rows), np.empty((count, n), loops.dtype), exponents]
+    arrays = [a, b, c, loops.T, rows, np.empty_like(rows), np.empty((count, n), loops.dtype), exponents]
     numbers = ticks, steps, n, count, loops.dtype.itemsize // exponents.itemsize
     run(_multiply, numbers, arrays, ((CONSTANT,) * 4, (MOVED,) * 3, COUNTS))
     return rows.transpose(1, 0, 2), exponents
@@ -78,9 +77,9 @@ def lifted(a: Array, b: Array, c: Array, d: Array) -> tuple[Array, Array]:
     """Return the states at the end of a period and the values in it, by the states at its start and the values."""
     ticks, n = b.shape
     moved, read = np.eye(n, n + ticks), np.zeros((ticks, n + ticks))
-    arrays = [np.ascontiguousarray(part) for part in (a, b, c, d)]
-    run(_lift, (ticks, n), [*arrays, moved, np.empty_like(moved), read], ((CONSTANT,) * 4, (MOVED,) * 3))
-    return moved, read
+    arrays = [a, b, c, d, moved, np.empty_like(moved), np.zeros(n + ticks), read]
+    run(_lift, (ticks, n), arrays, ((CONSTANT,) * 4, (MOVED,) * 4))
+    return moved + 0.0, read  # no zero has a sign
 
 
 def repeated(a: Array, b: Array, c: Array) -> Truths:
@@ -90,8 +89,7 @@ def repeated(a: Array, b: Array, c: Array) -> Truths:
     """
     ticks, n = b.shape
     found = np.zeros(ticks, dtype=np.int64)
-    arrays = [np.ascontiguousarray(part) for part in (a, b, c)]
-    run(_compare, (ticks, n), [*arrays, found], ((CONSTANT,) * 3, COUNTS))
+    run(_compare, (ticks, n), [a, b, c, found], ((CONSTANT,) * 3, COUNTS))
     return np.asarray(found[1:] != 0)
 
 
@@ -101,8 +99,8 @@ def held(a: Array, b: Array, each: int) -> tuple[Array, Array]:
     value, rows = np.zeros(n + 1), np.zeros((n, n + 1))
     value[n] = 1.0
     made = np.zeros((ticks // each, n, n + 1))
-    arrays = [np.ascontiguousarray(part) for part in (a, b, value)]
-    run(_hold, (len(made), each, n), [*arrays, rows, np.empty_like(rows), made], ((CONSTANT,) * 3, (MOVED,) * 3))
+    arrays = [a, b, value, rows, np.empty_like(rows), made]
+    run(_hold, (len(made), each, n), arrays, ((CONSTANT,) * 3, (MOVED,) * 3))
     return made[:, :, :n], made[:, :, n]
 
 
@@ -245,25 +243,16 @@ def _multiply(ticks: int, steps: int, n: int, count: int, numbers: int, maps: An
 
 def _lift(ticks: int, n: int, maps: Any, made: Any) -> None:
     """Write what states and values depend on: the states at the start, and the values before."""
-    (a, b, c, d), (moved, after, read) = maps, made
+    (a, b, c, d), (moved, after, given, read) = maps, made
     wide = n + ticks
     for k in range(ticks):
-        known, now = n + k, k * wide
+        now, value = k * wide, n + k
         for i in range(n):
             shown = c[k * n + i]
             if shown != 0.0:
-                for w in range(known):
+                for w in range(value):
                     read[now + w] += shown * moved[i * wide + w]
-        read[now + known] = d[k]
-        for i in range(n):
-            for w in range(known):
-                after[i * wide + w] = 0.0
-            for j in range(n):
-                number = a[(k * n + i) * n + j]
-                if number != 0.0:
-                    for w in range(known):
-                        after[i * wide + w] += number * moved[j * wide + w]
-        for i in range(n):
-            for w in range(known):
-                moved[i * wide + w] = after[i * wide + w]
-            moved[i * wide + known] = b[k * n + i]
+        read[now + value] = d[k]
+        given[value] = 1.0
+        move(k, n, wide, a, b, given, moved, after)
+        given[value] = 0.0

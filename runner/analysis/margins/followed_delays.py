@@ -58,12 +58,11 @@ def _sizes(maps: TickMaps, late: Integers) -> Array:
     most, values, count, n = int(late[-1]), len(maps.d), len(late), maps.b.shape[1]
     turn = values * math.ceil(most / values)
     wire, x = np.random.default_rng(0).standard_normal((most, count)), np.zeros((n, count))
-    arrays = [np.ascontiguousarray(part) for part in (late, maps.a, maps.b, maps.c, maps.d)]
-    room = [np.empty(count), np.empty((n, count))]
+    given, room = [late, maps.a, maps.b, maps.c, maps.d], [np.empty(count), np.empty((n, count))]
     shown: list[Array] = []
     sizes, gone = np.ones(count), np.zeros(count, dtype=bool)
     for first in range(0, _MOST * turn, turn):
-        run(_follow, (first, first + turn, values, most, count, n), [*arrays, wire, x, *room], _KINDS)
+        run(_follow, (first, first + turn, values, most, count, n), [*given, wire, x, *room], _KINDS)
         scale = np.max(np.abs(wire), axis=0)
         gone |= scale < _NOTHING
         scale[gone] = 1.0

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from proofmass.blocks.declaration.named_arguments import named_arguments
-from proofmass.blocks.declaration.problem import Problem
+from proofmass.blocks.declaration.problem import Problem, problem_of_output
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.call_numbers import frequencies_of
@@ -250,13 +250,12 @@ def refuse_beyond(planned: Plan, source: Endpoint, target: Endpoint, frequencies
     wrong = [f for f in frequencies if not 0.0 <= f <= most * (1.0 + 1e-9)]
     if wrong:
         raise planned.graph.placed(
-            Problem(
+            problem_of_output(
+                target,
                 message="values at ticks have no response at this frequency of the signal",
-                key=".".join(target),
                 got=f"{wrong[0]:g} Hz",
                 expected=f"0 Hz to {most:g} Hz, half the higher rate",
                 hint=f"let {source[0]} or {target[0]} tick faster",
-                path=("blocks", target[0]),
             )
         ).error
 
@@ -318,10 +317,9 @@ def _notes(whole: PeriodMap, wires: WireResponse) -> tuple[str, ...]:
 
 def unreached(source: Endpoint, target: Endpoint) -> Problem:
     """Return that one output does not move another one."""
-    return Problem(
+    return problem_of_output(
+        source,
         message=f"{'.'.join(source)} does not move {'.'.join(target)}",
-        key=".".join(source),
         expected="wires that lead from the one to the other, through blocks that pass small changes on",
         hint="a limit may be reached, or a switch be open at this time: try another one with --at",
-        path=("blocks", source[0]),
     )

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem, problem_of_output
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints, linearised
@@ -218,12 +218,11 @@ def at_start(plan: Plan, ends: Ends, tick: int = 0) -> OrbitPoint:
 
 def changes_later(plan: Plan, what: str, node: Endpoint, expected: str = "") -> ChangesLaterError:
     """Return the error of what is not that of the start of the run later."""
-    problem = Problem(
+    problem = problem_of_output(
+        node,
         message=f"{what} changes after the start",
-        key=".".join(node),
         expected=expected,
         hint="proofs are about the start of a run; `proofmass worst` searches at other operating points",
-        path=("blocks", node[0]),
     )
     return ChangesLaterError([plan.graph.placed(problem)])
 

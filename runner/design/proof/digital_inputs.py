@@ -9,7 +9,7 @@ from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, fixed
 from proofmass.blocks.declaration.instance import format_of
-from proofmass.blocks.declaration.problem import Problem, Refusal
+from proofmass.blocks.declaration.problem import Problem, Refusal, problem_of_output
 from proofmass.blocks.registers.fixed_quantiser import FixedQuantiser
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.linearise import node_of
@@ -125,10 +125,9 @@ def _elsewhere(signal: str, node: Endpoint, known: AbstractSet[Endpoint]) -> Pro
 
 
 def _vector(node: Endpoint) -> Problem:
-    return Problem(
+    return problem_of_output(
+        node,
         message=f"{'.'.join(node)} enters the digital part as a vector",
-        key=".".join(node),
         expected="inputs that are one number",
         hint="take a part of the graph without it",
-        path=("blocks", node[0]),
     )

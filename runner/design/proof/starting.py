@@ -38,7 +38,7 @@ from typing import Any
 
 import flint
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem, problem_of_output
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.decisions.one_bit import noise_at
 from proofmass.runner.analysis.decisions.truths import decided_by_noise
@@ -272,14 +272,12 @@ class _NoisyBallTicks(BallTicks, NoisyTicks):
 
 
 def _decides(target: Endpoint, blocks: Sequence[str]) -> Problem:
-    signal = ".".join(target)
-    return Problem(
-        message=f"the noise of {signal} is that of a run: this has no proof",
-        key=signal,
+    return problem_of_output(
+        target,
+        message=f"the noise of {'.'.join(target)} is that of a run: this has no proof",
         got=", ".join(blocks),
         expected="sources that do not depend on decisions of one bit, on fixed point or on words of few bits",
         hint="search with `proofmass worst`",
-        path=("blocks", target[0]),
     )
 
 

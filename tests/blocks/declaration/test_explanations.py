@@ -12,7 +12,7 @@ from proofmass.blocks.declaration.explanations import EXPLANATIONS, code_of
 ROOT = Path(__file__).parents[3]
 MAKERS = (
     "Problem", "Refusal", "UnitError", "Missing", "RecordingError", "mismatch", "bad", "problem", "_problem",
-    "._refuse", "refused", "refusal", "_refusal",
+    "problem_of_output", "._refuse", "refused", "refusal", "_refusal",
 )  # fmt: skip
 WITHOUT = {
     "and more problems",
