@@ -17,8 +17,9 @@ import numpy as np
 from proofmass.blocks.declaration.problem import ModelError, Problem, problem_of_output
 from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Onward
-from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period, not_linear, upstream_of
+from proofmass.runner.analysis.linearisation.map_blocks import not_linear, upstream_of
 from proofmass.runner.analysis.linearisation.map_changes import LOOKS
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import FROZEN, LONGEST_ORBIT, STARTS_UP, WAITED
@@ -89,8 +90,8 @@ def _switched(
     plan: Plan, onward: Onward, group: Group, nodes: Sequence[Endpoint], analog: PeriodMap
 ) -> PeriodMap | None:
     """Return the loop after a switch that waits, if it changes it within the time in which that would matter."""
-    upstream, moving = blocks_of_map(plan, nodes, nodes, False)
-    ticks = common_period(plan, nodes, nodes, everything=True)
+    upstream, moving = Ends(tuple(nodes), tuple(nodes)).blocks(plan)
+    ticks = Ends(tuple(nodes), tuple(nodes), everything=True).common_period(plan)
 
     def after(periods: int) -> Memory:
         return onward.at(onward.begin.tick + periods * ticks)

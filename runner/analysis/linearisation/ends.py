@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period
+from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, period_of_blocks
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, period_map
 from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy
 from proofmass.runner.plan.planned import Plan
@@ -58,7 +58,7 @@ class Ends:
 
     def common_period(self, plan: Plan) -> int:
         """Base ticks of the period of the map."""
-        return common_period(plan, self.inputs, self.outputs, self.everything, self.noise)
+        return period_of_blocks(plan, self.blocks(plan)[1], [*self.inputs, *self.outputs])
 
     def map(self, plan: Plan, **options: Any) -> PeriodMap:
         """Return the map between them, with these options of `period_map`; what quantisers are given is left out."""

@@ -15,17 +15,6 @@ MOST_VALUES = 4_096  # of a wire that is cut, in a map
 _OUTSIDE = "open the loop so that this block lies outside, or linearise at another time"
 
 
-def common_period(
-    plan: Plan,
-    inputs: Sequence[Endpoint],
-    outputs: Sequence[Endpoint],
-    everything: bool = False,
-    noise: Collection[str] = (),
-) -> int:
-    """Base ticks of the period of a map."""
-    return period_of_blocks(plan, blocks_of_map(plan, inputs, outputs, everything, noise)[1], [*inputs, *outputs])
-
-
 def blocks_of_map(
     plan: Plan, inputs: Sequence[Endpoint], outputs: Sequence[Endpoint], everything: bool, noise: Collection[str] = ()
 ) -> tuple[set[str], set[str]]:

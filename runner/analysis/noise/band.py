@@ -65,11 +65,6 @@ def within(of: NoiseMap, band: tuple[float, float]) -> tuple[float, float]:
     return band[0], min(band[1], top)
 
 
-def mean_squares(of: NoiseMap, band: tuple[float, float]) -> Array:
-    """Mean square of the part of the output in a band, by each source."""
-    return rule_of(of, band)[2]
-
-
 def rule_of(of: NoiseMap, band: tuple[float, float]) -> tuple[Array, Array, Array]:
     """Points and weights of the integrals over a band, and the mean squares by each source."""
     low, high = band[0], min(band[1], of.rate / 2.0)

@@ -21,14 +21,14 @@ from proofmass.runner.analysis.decisions.truths import decided_by_noise
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
-from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period, upstream_of
+from proofmass.runner.analysis.linearisation.map_blocks import upstream_of
 from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, UnrepeatedError, late_by
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint
 from proofmass.runner.analysis.linearisation.wire_response import grid
 from proofmass.runner.analysis.margins.sensitivity import ranked
 from proofmass.runner.analysis.noise.along_run import budgets_along, refusal
-from proofmass.runner.analysis.noise.band import mean_squares, within
+from proofmass.runner.analysis.noise.band import rule_of, within
 from proofmass.runner.analysis.noise.derivatives import one_more, slopes_and_sizes
 from proofmass.runner.analysis.noise.grid_errors import errors_about
 from proofmass.runner.analysis.noise.noise_budget import DROPPED, QUANTISATION, NoiseBudget, NoiseSource
@@ -130,14 +130,14 @@ def _beside(points: OperatingPoints, outputs: Sequence[str], input: str) -> dict
     """
     planned, groups = points.plan, list[tuple[int, set[str], list[str]]]()
     drawing = noise_blocks(planned)
-    sources = [node_of(planned, input)] if input else []
+    sources = (node_of(planned, input),) if input else ()
     for output in outputs:
         with suppress(ModelError):  # its own budget says so
-            target, own = [node_of(planned, output)], [output]
-            if target[0] not in _reached(points, drawing):
+            target, own = node_of(planned, output), [output]
+            if target not in _reached(points, drawing):
                 continue
-            period = common_period(planned, sources, target, noise=drawing)
-            blocks = blocks_of_map(planned, sources, target, False, drawing)[1]
+            ends = Ends(sources, (target,), noise=drawing)
+            period, blocks = ends.common_period(planned), ends.blocks(planned)[1]
             joined = [group for group in groups if group[0] == period and not group[1].isdisjoint(blocks)]
             for _, others, names in joined:
                 blocks, own = blocks | others, own + names
@@ -173,7 +173,7 @@ def _budget_about(
     upstream = upstream_of(planned, target[:1]) & drawing.keys()
     if not upstream:
         raise _no_noise(planned, output, 0)
-    first = common_period(planned, sources, [target], noise=drawing)  # in tick 0 processes start
+    first = Ends(tuple(sources), (target,), noise=drawing).common_period(planned)  # in tick 0 processes start
     if target not in _reached(points, drawing):
         raise silence(points.after_start(first), target, len(upstream), {})
     about, noisy, whole, to_output = points.answered(ask, first)
@@ -183,7 +183,7 @@ def _budget_about(
     moved = [one for given in to_quantisers for one in dithers(errors.of(given), about.course.kept, errors.apart)]
     to_output = noise_map(errors.of(whole), target)
     limits = _band(to_output, band)
-    squares = mean_squares(to_output, limits) if band is not None or not to_output.settles else to_output.mean_squares
+    squares = rule_of(to_output, limits)[2] if band is not None or not to_output.settles else to_output.mean_squares
     low = limits[0] if limits[0] > 0.0 else 0.5 * to_output.rate * 10.0**-_DECADES
     _refuse_beyond(frequencies, 0.5 * to_output.rate)
     shown = np.asarray(frequencies, dtype=np.float64) if len(frequencies) else grid(to_output, low, limits[1])

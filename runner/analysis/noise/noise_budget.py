@@ -21,6 +21,8 @@ from proofmass.runner.output.json_text import finite
 if TYPE_CHECKING:
     import pandas
 
+ROWS = 20  # of sources that are shown
+SMALL_MISFIT = 1.0  # dB, to which N, B and K describe a density
 _TAUS = 8  # a decade
 _LOW = 0.1  # of the rate, up to which coefficients are those of a slow signal
 QUANTISATION, DROPPED = "quantisation", "rounding"  # of a converter, and of all places in a fixed-point block

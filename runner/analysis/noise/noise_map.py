@@ -107,7 +107,7 @@ class NoiseMap(SampledStateSpace):
         width = max(1, _LARGEST // max(1, len(self.matrices[0]) + len(self.inputs) + self.values))
         parts = (frequencies[i : i + width] for i in range(0, len(frequencies), width))
         by_source = self.variances[:, None] * self._members
-        rows = [_squared(self._halves(part)) @ by_source for part in parts]
+        rows = [_squared(self.heard(part)) @ by_source for part in parts]
         return np.vstack(rows) * (2.0 * self.period / self.values**2) if rows else np.zeros((0, len(self.sources)))
 
     def gain(self, frequencies: Array, source: Endpoint, late: float) -> Complex:
@@ -116,15 +116,11 @@ class NoiseMap(SampledStateSpace):
         columns = self.columns(source)
         return WireResponse((a, b[:, columns], c, d[:, columns]), self.period, late).gain(frequencies)
 
-    def heard(self, frequencies: Array) -> Complex:
-        """Return the share of each column in the output at a frequency."""
-        real, imaginary = np.split(self._halves(frequencies), 2)
-        return np.asarray(real + 1j * imaginary)
+    def heard(self, frequencies: Array) -> Array:
+        """Return the real parts of the shares of columns in the output at frequencies, and below them the imaginary.
 
-    def _halves(self, frequencies: Array) -> Array:
-        """Return the real parts of these shares, and below them the imaginary, by the transposed system: no whole H.
-
-        So products with B and D are those of real numbers.
+        They come from the transposed system, without the whole H. So products with B and D are
+        those of real numbers.
         """
         a, b, _, _ = self.matrices
         begins, c, d = self._held_once

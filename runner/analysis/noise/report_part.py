@@ -4,12 +4,9 @@ from html import escape
 
 from proofmass.blocks.declaration.shown_units import in_table, prefix
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
-from proofmass.runner.analysis.noise.noise_budget import NoiseBudget
+from proofmass.runner.analysis.noise.noise_budget import ROWS, SMALL_MISFIT, NoiseBudget
 from proofmass.runner.analysis.noise.plot import plot_noise
 from proofmass.runner.output.page import broken, picture, table
-
-_ROWS = 20  # of sources
-_SMALL_MISFIT = 1.0  # dB, to which N, B and K describe a density
 
 
 def noise_section(budget: NoiseBudget) -> tuple[str, str]:
@@ -17,7 +14,7 @@ def noise_section(budget: NoiseBudget) -> tuple[str, str]:
     factor, unit = prefix(budget.unit, budget.rms)
     rows = [
         (broken(s.block), s.kind + " ?" * s.doubtful, f"{s.rms * factor:.5g}", f"{100.0 * s.share:.2f} %")
-        for s in budget.sources[:_ROWS]
+        for s in budget.sources[:ROWS]
     ]
     rows.append((broken("all"), "", f"{budget.rms * factor:.5g}", "100 %"))
     low, high = budget.band
@@ -32,7 +29,7 @@ def noise_section(budget: NoiseBudget) -> tuple[str, str]:
 def _coefficients(budget: NoiseBudget) -> str:
     """Return the table of N, B, K and Q, where they describe the density."""
     levels, unit = budget.levels, budget.referred_unit
-    if levels.misfit > _SMALL_MISFIT:
+    if levels.misfit > SMALL_MISFIT:
         return ""
     known = ((level.name, in_field_unit(level.name, level.value, unit)) for level in levels.levels if level.value)
     rows = [(name, word_of(name, unit), f"{value:.5g}", in_table(field_unit(name, unit))) for name, value in known]

@@ -4,11 +4,8 @@ import math
 
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
 from proofmass.runner.analysis.margins.text import sensitivity_text
-from proofmass.runner.analysis.noise.noise_budget import NoiseBudget
+from proofmass.runner.analysis.noise.noise_budget import ROWS, SMALL_MISFIT, NoiseBudget
 from proofmass.runner.analysis.noise.over_runs import ValueDeviation
-
-_SMALL_MISFIT = 1.0  # dB, to which N, B and K describe a density
-_ROWS = 20
 
 
 def value_text(found: ValueDeviation) -> str:
@@ -32,12 +29,12 @@ def noise_text(budget: NoiseBudget) -> str:
         f"noise of {budget.output}, {low:g} Hz to {high:g} Hz: {budget.rms:.6g}{unit} rms",
         f"  {'source':<28} {'kind':<20} {'rms' + unit.join(('', '')):>12} {'share':>8}",
     ]
-    for source in budget.sources[:_ROWS]:
+    for source in budget.sources[:ROWS]:
         doubtful = "  ?" if source.doubtful else ""
         lines.append(
             f"  {source.block:<28} {source.kind:<20} {source.rms:12.5g} {100.0 * source.share:7.2f} %{doubtful}"
         )
-    more = len(budget.sources) - _ROWS
+    more = len(budget.sources) - ROWS
     lines += [f"  and {more} more"] if more > 0 else []
     lines += _coefficients(budget)
     return "\n".join([*lines, *(f"  note: {note}" for note in budget.notes)])
@@ -60,7 +57,7 @@ def _coefficients(budget: NoiseBudget) -> list[str]:
     lines = [f"referred to {budget.input}" if budget.input else f"density of {budget.output}"]
     lines += [_density(budget, share) for share in (0.0, 0.5, 1.0)]
     levels = budget.levels
-    if levels.misfit > _SMALL_MISFIT:
+    if levels.misfit > SMALL_MISFIT:
         lines.append(f"  N, B, K and Q do not describe it: {levels.misfit:.1f} dB off; name a narrower --band")
         return lines
     for level in levels.levels:

@@ -15,9 +15,9 @@ from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.call_numbers import frequencies_of
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.loops import AUTO
+from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
-from proofmass.runner.analysis.linearisation.map_blocks import common_period
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.phase import counted_phase
 from proofmass.runner.analysis.linearisation.rounded import NEAR, known_note, moved_maps, nearest_mode
@@ -225,7 +225,7 @@ def response_at(
     planned = points.plan
     source, target = node_of(planned, input), node_of(planned, output)
     refuse_beyond(planned, source, target, frequencies)
-    first = common_period(planned, [source], [target])
+    first = Ends((source,), (target,)).common_period(planned)
     at_tick = points.answered(lambda about: response_of(about, source, target, frequencies), first)
     if simulate is None:
         return at_tick

@@ -12,9 +12,9 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.analysis.decisions.one_bit import noise_at
+from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation, linearised
 from proofmass.runner.analysis.linearisation.linearise import node_of
-from proofmass.runner.analysis.linearisation.map_blocks import common_period
 from proofmass.runner.analysis.linearisation.steady_state import SteadyState
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
 from proofmass.runner.analysis.noise.noise_map import noise_map
@@ -136,7 +136,7 @@ def _peak(about: Linearisation, claim: Claim) -> tuple[float, float]:
 def _noise(sensors: Sensors, planned: Plan, claim: Claim) -> tuple[float, float]:
     """Return an output's rms noise, infinite without bound, and what rounding may make of it."""
     target = node_of(planned, claim.open_at)
-    about = sensors.about(planned, common_period(planned, (), [target], noise=noise_blocks(planned)))
+    about = sensors.about(planned, Ends((), (target,), noise=noise_blocks(planned)).common_period(planned))
     to_output = noise_map(about.map([], [target], noise=noise_at(about, [target])), target)
     rms = math.sqrt(float(np.sum(to_output.mean_squares))) if to_output.settles else math.inf
     return rms, _ROUNDING * rms if to_output.settles else 0.0

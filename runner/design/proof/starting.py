@@ -45,7 +45,6 @@ from proofmass.runner.analysis.decisions.truths import decided_by_noise
 from proofmass.runner.analysis.linearisation.analog_loop import analog_map, analog_rates
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints, linearised
-from proofmass.runner.analysis.linearisation.map_blocks import common_period
 from proofmass.runner.analysis.linearisation.map_changes import change_between
 from proofmass.runner.analysis.linearisation.orbit import SAME, OrbitPoint
 from proofmass.runner.analysis.linearisation.steady_state import SteadyState
@@ -212,7 +211,7 @@ class StartingNoise(Starting):
     def __init__(self, plan: Plan, target: Endpoint, rest: RestRun | None = None) -> None:
         """Raises `ModelError` where the sources are not known without a run, or are too many."""
         way = f"the way of noise to {'.'.join(target)}"
-        first = common_period(plan, (), [target], noise=noise_blocks(plan))
+        first = Ends((), (target,), noise=noise_blocks(plan)).common_period(plan)
         about = linearised(plan, first) if rest is None else rest.linearised(plan)
         noisy = noise_at(about, [target])
         bits = [name for name, own in noisy.items() if own or name in plan.digital]

@@ -17,12 +17,11 @@ from proofmass.runner.analysis.decisions.one_bit import noise_at, with_spectra
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
-from proofmass.runner.analysis.linearisation.map_blocks import common_period
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.poles import judged
 from proofmass.runner.analysis.linearisation.rounded import NEAR
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
-from proofmass.runner.analysis.noise.band import bends, mean_squares, rule, within
+from proofmass.runner.analysis.noise.band import bends, rule, rule_of, within
 from proofmass.runner.analysis.noise.derivatives import slopes_and_sizes
 from proofmass.runner.analysis.noise.grid_errors import errors_about
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
@@ -45,7 +44,7 @@ def read_response(
     """
     planned = points.plan
     source, target = node_of(planned, wanted.input), node_of(planned, wanted.output)
-    first = common_period(planned, [source], [target])
+    first = Ends((source,), (target,)).common_period(planned)
     whole = points.answered(lambda about: about.map([source], [target], by_parameters=slopes), first)
     shown = [] if wanted.frequency is None else [wanted.frequency]
 
@@ -93,7 +92,7 @@ def read_noise(
     target = node_of(planned, wanted.output)
     source = node_of(planned, wanted.input) if wanted.input else None
     inputs = [source] if source else []
-    first = common_period(planned, inputs, [target], noise=noise_blocks(planned))
+    first = Ends(tuple(inputs), (target,), noise=noise_blocks(planned)).common_period(planned)
 
     def ask(about: Linearisation) -> PeriodMap:
         noisy = noise_at(about, [target])
@@ -108,7 +107,7 @@ def read_noise(
     names = [name for name in parameters if name in whole.slopes]
     if source is not None:
         return _referred(whole, target, source, band, {name: parameters[name] for name in names})
-    squares = mean_squares(to_output, band) if band else to_output.mean_squares
+    squares = rule_of(to_output, band)[2] if band else to_output.mean_squares
     rms = math.sqrt(float(np.sum(squares)))
     by = slopes_and_sizes(to_output, band, rms)[0] if names and rms > 0.0 else {}
     return Reading(rms, {name: by[name] for name in names if name in by})

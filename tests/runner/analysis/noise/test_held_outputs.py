@@ -15,8 +15,8 @@ def test_each_value_counts(held: int) -> None:
     c, d = (np.repeat(draw.normal(size=(12 // held, columns)), held, axis=0) for columns in (3, 5))
     inputs = tuple(("white", DEVIATE, number) for number in range(5))
     frequencies = np.array([0.0, 17.0, 333.3, 1000.0, 2999.0])
-    found = NoiseMap((a, b, c, d), period, inputs, {}).heard(frequencies)
-    for row, f in zip(found, frequencies, strict=True):
+    real, imaginary = np.split(NoiseMap((a, b, c, d), period, inputs, {}).heard(frequencies), 2)
+    for row, f in zip(real + 1j * imaginary, frequencies, strict=True):
         whole = c @ np.linalg.solve(np.exp(2j * np.pi * f * period) * np.eye(3) - a, b) + d
         turns = np.exp(-2j * np.pi * f * np.arange(12) * period / 12)
         assert row == pytest.approx(turns @ whole, rel=1e-9, abs=1e-12)
