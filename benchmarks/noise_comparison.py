@@ -19,9 +19,9 @@ from proofmass.graphs.model.build import read_probe
 from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.model.measures import Measure
 from proofmass.graphs.model.targets import is_of_measure
+from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
-from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period
 from proofmass.runner.analysis.noise.budget import BudgetQuestion, budget_at
 from proofmass.runner.analysis.noise.over_runs import ValueDeviation, densities
 from proofmass.runner.analysis.spectrum.windows import window
@@ -142,13 +142,13 @@ class Subject:
         """Return the base ticks after which all blocks that noise takes to an output tick together again, or less."""
         node = node_of(self.plan, output)
         try:
-            return common_period(self.plan, [], [node], noise=noise_blocks(self.plan))
+            return Ends((), (node,), noise=noise_blocks(self.plan)).common_period(self.plan)
         except ModelError:  # too long for a budget
             return self.plan.stride(node)
 
     def drawn(self, output: str) -> bool:
         """Return whether random numbers reach an output."""
-        upstream = blocks_of_map(self.plan, (), [node_of(self.plan, output)], False, noise_blocks(self.plan))[0]
+        upstream = Ends((), (node_of(self.plan, output),)).blocks(self.plan)[0]
         return bool(upstream & given(self.plan, (Deviate,)))
 
 
@@ -178,7 +178,7 @@ def _noisy_outputs(planned: Plan, graph: Graph) -> Iterator[str]:
             continue
         if type(planned.blocks[node[0]]).outputs[node[1]].dtype is FixedValue:  # measures take numbers
             continue
-        if blocks_of_map(planned, (), [node], False)[0] & noisy.keys():
+        if Ends((), (node,)).blocks(planned)[0] & noisy.keys():
             yield name
 
 

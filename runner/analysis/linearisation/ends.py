@@ -61,6 +61,6 @@ class Ends:
         return period_of_blocks(plan, self.blocks(plan)[1], [*self.inputs, *self.outputs])
 
     def map(self, plan: Plan, **options: Any) -> PeriodMap:
-        """Return the map between them, with these options of `period_map`; what quantisers are given is left out."""
-        options = {"quantisers": ()} | options | {"cut": self.cut, "everything": self.everything, "noise": self.noise}
+        """Return the map between them, with these options of `period_map`."""
+        options |= {"cut": self.cut, "everything": self.everything, "noise": self.noise}
         return period_map(plan, self.inputs, self.outputs, **options)

@@ -51,7 +51,11 @@ class Forward:
         self._plan = replace(plan, probes=())
         self._code = code or MachineCode(self._plan)
         begin = memory or start(plan)
-        self._engine = self._code.run(self._plan, begin, 0) if self._code.known else self._python(begin)
+        self._engine: Engine = (
+            self._code.run(self._plan, begin, 0)
+            if self._code.known
+            else make_engine(self._plan, "python", self._plan.graph.seed, 0, begin, begin.tick)
+        )
         self.tick, self._spent, self._chunk = begin.tick, 0.0, 16
         self._asked = 0  # ticks for which an engine was chosen
 
@@ -97,9 +101,6 @@ class Forward:
         """Go on for some ticks in machine code, if the plan can."""
         if choose(self._plan, LARGEST_RUN, "auto") == "compiled":  # not with values beyond 64 bits
             self._engine = self._code.run(self._plan, self._engine.memory(), ticks)
-
-    def _python(self, memory: Memory) -> Engine:
-        return make_engine(self._plan, "python", self._plan.graph.seed, 0, memory, memory.tick)
 
 
 class MachineCode:

@@ -38,44 +38,49 @@ class ChangedResponse:
         self._a, self._b, self._c, self._d = parts
         self._inverse = np.linalg.inv(z[:, None, None] * np.eye(len(self._a)) - self._a).astype(np.complex128)
 
-    def of_inputs(self, rows: Sequence[int], columns: Sequence[int], change: Array) -> Norms:
-        """Return the norms where rows of some columns of B, and of D below it, change by so much."""
+    def changed(self, rows: Indices, columns: Indices, change: Array) -> Norms:
+        """Return the norms where some rows of [A B; C D], of states or of outputs, change by so much.
+
+        Columns are those of states or those of inputs.
+        """
+        n, own = len(self._b), np.flatnonzero(change.any(axis=0))
+        columns, change = columns[own], change[:, own]
+        if columns[0] >= n:
+            across, square = self._of_inputs(rows, columns - n, change)
+        elif rows[0] >= n:
+            across, square = self._of_outputs(rows - n, columns, change)
+        else:
+            across, square = self._of_states(rows, columns, change)
+        size = np.maximum(np.maximum(self._square, self._square + 2.0 * np.real(across) + square), 0.0)
+        return np.sqrt(size), np.sqrt(np.maximum(square, 0.0))
+
+    def _of_inputs(self, rows: Indices, columns: Indices, change: Array) -> tuple[Complex, Array]:
+        """Return the product with the change, and its square, where columns of B, and of D below it, change."""
         n = len(self._b)
         into, direct = self._b[:, columns] @ change.T, self._d[:, columns]
         if rows[0] >= n:
-            outputs = [row - n for row in rows]
+            outputs = rows - n
             across = np.sum(self._heard[:, outputs] * into.T, axis=(1, 2)) + np.sum(direct[outputs] * change)
-            square = np.full(len(across), np.sum(change**2))
-        else:
-            left = self._heard[:, :, rows]
-            across = np.sum((self._heard @ into + direct @ change.T) * left.conj(), axis=(1, 2))
-            square = np.real(np.sum((left @ (change @ change.T)) * left.conj(), axis=(1, 2)))
-        return self._norms(self._square + 2.0 * np.real(across) + square, square)
+            return across, np.full(len(across), np.sum(change**2))
+        left = self._heard[:, :, rows]
+        across = np.sum((self._heard @ into + direct @ change.T) * left.conj(), axis=(1, 2))
+        return across, np.real(np.sum((left @ (change @ change.T)) * left.conj(), axis=(1, 2)))
 
-    def of_outputs(self, rows: Sequence[int], change: Array) -> Norms:
-        """Return the norms where some rows of C change by so much."""
-        own, change = _moving_columns(change)
-        moved = change @ self._entered[:, own]
+    def _of_outputs(self, rows: Indices, columns: Indices, change: Array) -> tuple[Complex, Array]:
+        """Return the same where rows of C change."""
+        moved = change @ self._entered[:, columns]
         across = np.sum(self._c[rows] @ self._entered * moved.conj(), axis=(1, 2))
-        across += np.sum((change @ self._inverse[:, own]) * self._direct.T[rows], axis=(1, 2))
-        square = _square(moved)
-        return self._norms(self._square + 2.0 * np.real(across) + square, square)
+        across += np.sum((change @ self._inverse[:, columns]) * self._direct.T[rows], axis=(1, 2))
+        return across, _square(moved)
 
-    def of_states(self, rows: Sequence[int], change: Array) -> Norms:
-        """Return the norms where some rows of A change by so much: by a product of few columns and as many rows."""
-        own, change = _moving_columns(change)
-        right = change @ self._inverse[:, own]
+    def _of_states(self, rows: Indices, columns: Indices, change: Array) -> tuple[Complex, Array]:
+        """Return the same where rows of A change: by a product of few columns and as many rows."""
+        right = change @ self._inverse[:, columns]
         after = np.linalg.inv(np.eye(len(rows)) - right[:, :, rows])
-        down, across = self._read[:, :, rows] @ after, change @ self._entered[:, own]
-        square = _square(np.linalg.qr(down, mode="r") @ across)
-        shared = np.sum((down.conj().transpose(0, 2, 1) @ self._between).conj() * across, axis=(1, 2))
-        left = self._heard[:, :, rows] @ after
-        shared += np.sum((right @ self._direct) * left.transpose(0, 2, 1), axis=(1, 2))
-        return self._norms(self._square + 2.0 * np.real(shared) + square, square)
-
-    def _norms(self, after: Array, change: Array) -> Norms:
-        size = np.maximum(np.maximum(self._square, after), 0.0)
-        return np.sqrt(size), np.sqrt(np.maximum(change, 0.0))
+        down, moved = self._read[:, :, rows] @ after, change @ self._entered[:, columns]
+        across = np.sum((down.conj().transpose(0, 2, 1) @ self._between).conj() * moved, axis=(1, 2))
+        across += np.sum((right @ self._direct) * (self._heard[:, :, rows] @ after).transpose(0, 2, 1), axis=(1, 2))
+        return across, _square(np.linalg.qr(down, mode="r") @ moved)
 
     @cached_property
     def _heard(self) -> Complex:
@@ -99,13 +104,9 @@ class ChangedResponse:
         return np.linalg.qr(self._c)[1]
 
     @cached_property
-    def _inputs(self) -> Array:
-        """Columns with the norms of B, as many as there are states at most."""
-        return np.linalg.qr(self._b.T)[1].T
-
-    @cached_property
     def _entered(self) -> Complex:
-        return np.asarray(self._inverse @ self._inputs)
+        """What enters, by columns with the norms of B, as many as there are states at most."""
+        return np.asarray(self._inverse @ np.linalg.qr(self._b.T)[1].T)
 
     @cached_property
     def _read(self) -> Complex:
@@ -114,12 +115,6 @@ class ChangedResponse:
     @cached_property
     def _between(self) -> Complex:
         return np.asarray(self._outputs @ self._entered)
-
-
-def _moving_columns(change: Array) -> tuple[Indices, Array]:
-    """Return the columns in which something changes, and the change there."""
-    own = np.flatnonzero(change.any(axis=0))
-    return own, change[:, own]
 
 
 def _square(matrices: Complex) -> Array:
@@ -204,22 +199,13 @@ def effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:
         return 0.0
     kept = first.between_with(second)
     first, second = first.kept(kept), second.kept(kept)
-    changes, n = [0.0], first.order
+    changes = [0.0]
     response = ChangedResponse(first.parts(), z)
     down, across = (_members(first.states, ends) for ends in (first.outputs, first.inputs))
     for places in np.argwhere(down @ (first.matrix[:, :-1] != second.matrix[:, :-1]) @ across.T).tolist():
-        rows, columns = (np.flatnonzero(of[place]).tolist() for of, place in zip((down, across), places, strict=True))
+        rows, columns = (np.flatnonzero(of[place]) for of, place in zip((down, across), places, strict=True))
         pair = np.ix_(rows, columns)
-        change = second.matrix[pair] - first.matrix[pair]
-        if columns[0] >= n:
-            size, moved = response.of_inputs(rows, [column - n for column in columns], change)
-        else:
-            of_states = np.zeros((len(rows), n))
-            of_states[:, columns] = change
-            if rows[0] < n:
-                size, moved = response.of_states(rows, of_states)
-            else:
-                size, moved = response.of_outputs([row - n for row in rows], of_states)
+        size, moved = response.changed(rows, columns, second.matrix[pair] - first.matrix[pair])
         changes.append(float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0))))
     return max(changes)
 

@@ -213,7 +213,7 @@ def period_map(
     span: int = 0,
     integrated: bool = False,
     drawn: bool = False,
-    quantisers: Collection[str] | None = None,
+    quantisers: Collection[str] = (),
     slopes: "Callable[[int, bool, AbstractSet[str]], SlopeCode | None]" = lambda ticks, noise, blocks: None,
     later: Callable[[Memory, int], Memory] | None = None,
     opened: "Callable[[SlopeCode, Memory, int, AbstractSet[LastingPlace]], CompiledSlopes | None] | None" = None,
@@ -231,8 +231,8 @@ def period_map(
     `inputs` are added to the signals of their wires, or replace them if `cut`. States are those of
     blocks on paths from inputs to outputs, or of `everything` that the outputs depend on. Of blocks
     with `noise` the
-    deviates and the errors of quantisers are further inputs, what `quantisers` are given, or all of
-    them, is a further output (`NoisyTicks`), and the states are those of blocks on paths from there
+    deviates and the errors of quantisers are further inputs, what some `quantisers` are given is a
+    further output (`NoisyTicks`), and the states are those of blocks on paths from there
     too. With `drawn` that is along a run with noise. `slopes` returns the machine code of ticks
     with their slopes, if the plan has such, for long periods. With `later`, which runs a memory on
     by some ticks, a wire that holds its value counts once, where all of its values are held alike.
@@ -241,10 +241,9 @@ def period_map(
 
     Raises `ModelError` that names the block that cannot be linearised.
     """
-    heard = [*outputs, *((name, "") for name in quantisers or ())]
+    heard = [*outputs, *((name, "") for name in quantisers)]
     upstream, moving = blocks_of_map(plan, inputs, heard, everything, noise)
     holding = moving | {name for name, _ in inputs}  # slower inputs last from tick to tick, too
-    quantisers = noise.keys() if quantisers is None else quantisers
     ticks = span or period_of_blocks(plan, moving, [*inputs, *outputs]) * periods
     memory = memory or start(plan)
     if by_parameters:

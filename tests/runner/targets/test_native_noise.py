@@ -60,6 +60,7 @@ def both(
     code = course.slopes(1_000, noise=noise is None or bool(noise))
     assert code is not None
     given: dict[str, Any] = {"noise": noise_blocks(planned) if noise is None else noise, "span": span, **options}
+    given = {"quantisers": given["noise"], **given}
     inputs = given.pop("inputs", ())
     fast = period_map(planned, inputs, nodes, **given, memory=course.at(tick), slopes=lambda *_: code)
     return fast, period_map(planned, inputs, nodes, **given, memory=course.at(tick))

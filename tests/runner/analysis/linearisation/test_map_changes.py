@@ -24,12 +24,14 @@ def test_norms_of_a_changed_response(states: int, inputs: int, outputs: int, cha
         both = np.concatenate([after[1], after[3]])
         both[np.ix_(rows, columns)] += change
         after = after[0], both[:states], after[2], both[states:]
-        size, moved = response.of_inputs(rows, columns, change)
+        columns = [states + column for column in columns]
     else:
-        rows = [0, 2] if changed == "states" else [outputs - 1]
+        columns, rows = [*range(states)], [0, 2] if changed == "states" else [states + outputs - 1]
         change = random.normal(size=(len(rows), states))
-        after[0 if changed == "states" else 2][rows] += change
-        size, moved = (response.of_states if changed == "states" else response.of_outputs)(rows, change)
+        both = np.concatenate([after[0], after[2]])
+        both[rows] += change
+        after = both[:states], after[1], both[states:], after[3]
+    size, moved = response.changed(np.array(rows), np.array(columns), change)
     one, two = (
         np.array([c @ np.linalg.solve(at * np.eye(states) - a, b) + d for at in z]) for a, b, c, d in (before, after)
     )

@@ -32,7 +32,8 @@ def test_the_map_to_quantisers_alone_moves_them_as_the_whole_one(name: str, outp
     about = points.answered(lambda one: one)
     node = tuple(output.rsplit(".", 1))
     noisy = noise_at(about, [node])  # type: ignore[list-item]
-    whole = period_map(planned, (), [node], noise=noisy, memory=Course(planned).at(about.tick))  # type: ignore[list-item]
+    memory = Course(planned).at(about.tick)
+    whole = period_map(planned, (), [node], noise=noisy, memory=memory, quantisers=noisy)  # type: ignore[list-item]
     errors, _ = errors_about(about, Ends((), (node,), noise=noisy))  # type: ignore[arg-type]
     expected = {(one.block, one.part): one for one in dithers(errors.of(whole), {})}
     sources = {one.block: one.dither for one in budget_at(points, output).sources if one.dither}

@@ -34,7 +34,7 @@ def test_the_same_map_either_way(monkeypatch: pytest.MonkeyPatch) -> None:
     maps = []
     for many in (10**9, 64):
         monkeypatch.setattr(module, "_MANY", many)
-        maps.append(module.period_map(planned, [], [node], noise=noisy))
+        maps.append(module.period_map(planned, [], [node], noise=noisy, quantisers=noisy))
     plain, gathered = maps
     assert (plain.states, plain.inputs, plain.outputs) == (gathered.states, gathered.inputs, gathered.outputs)
     assert len(plain.inputs) == 200
