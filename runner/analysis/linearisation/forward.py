@@ -217,10 +217,10 @@ class Course:
             made.append(code)
         return code
 
-    def at(self, tick: int, progress: Progress | None = None, of: int = 0) -> Memory:
-        """Return the memory at the start of a tick of a run of `of` ticks; raises `ModelError` if the run fails."""
+    def at(self, tick: int) -> Memory:
+        """Return the memory at the start of a tick; raises `ModelError` if the run fails."""
         if tick:
-            return self._reach(tick, progress, of).memory().copy()
+            return self._reach(tick).memory().copy()
         return start(self.plan) if self._begin is None else self._begin.copy()
 
     def numbers(self, entries: tuple[Entry, ...], tick: int, progress: Progress | None = None, of: int = 0) -> Array:
@@ -231,7 +231,7 @@ class Course:
         held = dict(Rings().states_of(engine.memory(), [*dict.fromkeys(name for name, _, _ in entries)]))
         return np.array([held[entry] for entry in entries], dtype=float)
 
-    def _reach(self, tick: int, progress: Progress | None, of: int) -> Engine:
+    def _reach(self, tick: int, progress: Progress | None = None, of: int = 0) -> Engine:
         if self._run is None or self._run.tick > tick:
             self._run = self.from_memory(self._begin)
         self._run.progress = progress

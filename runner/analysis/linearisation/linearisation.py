@@ -102,11 +102,8 @@ class Linearisation:
         starting = point.map.starting
         return replace(exact, notes=notes, later=later, others=point.others, told=self.told, starting=starting)
 
-    def corner_notes(
-        self, inputs: Sequence[Endpoint], outputs: Sequence[Endpoint], cut: bool = False
-    ) -> tuple[str, ...]:
+    def corner_notes(self, ends: Ends) -> tuple[str, ...]:
         """Return a note for each block between some wires that stands exactly at a corner."""
-        ends = Ends(tuple(inputs), tuple(outputs), cut)
         try:
             point = self.point_of(ends)
         except ModelError:  # a loop through bits may have a map of its own
@@ -115,7 +112,7 @@ class Linearisation:
 
     def corners_of(self, system: OpenLoop, node: Endpoint) -> tuple[str, ...]:
         """Return a note for each block of a loop that stands exactly at a corner."""
-        return () if system.continuous else self.corner_notes((node,), (node,), cut=True)
+        return () if system.continuous else self.corner_notes(Ends((node,), (node,), cut=True))
 
     def point_of(self, ends: Ends) -> OrbitPoint:
         """Return the operating point of the map between some wires; raises `ModelError`."""

@@ -8,7 +8,7 @@ Those of several factors are computed side by side, value by value. Each has its
 so that a loop which grows by any factor and shrinks again is exact.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -98,13 +98,9 @@ class TickMaps:
         """
         closed = self.fed_back()
         b, c = closed.b, closed.c
-        a, g, h = closed.a, b[:, :, None] * b[:, None, :], c[:, :, None] * c[:, None, :]
-        while len(a) > 1:
-            left = [part[len(a) - len(a) % 2 :] for part in (a, g, h)]
-            a, g, h = map(np.concatenate, zip(_added(a, g, h), left, strict=True))
-        kept = np.ix_(*[list(self.places.values())] * 2)
-        period = a[0][kept]
-        stirred, shown = np.diag(_lasting(period, g[0][kept])), np.diag(_lasting(period.T, h[0][kept]))
+        g, h = b[:, :, None] * b[:, None, :], c[:, :, None] * c[:, None, :]
+        period, entered, read = self._of_period(_added, closed.a, g, h)
+        stirred, shown = np.diag(_lasting(period, entered)), np.diag(_lasting(period.T, read))
         unit = np.divide(stirred, shown, out=np.ones(len(period)), where=(stirred > 0.0) & (shown > 0.0))
         return np.asarray(np.exp2(np.round(0.25 * np.log2(unit))))
 
@@ -125,14 +121,23 @@ class TickMaps:
         a = closed.a + (d / rest)[:, None, None] * b[:, :, None] * c[:, None, :]
         g = b[:, :, None] * b[:, None, :] / rest[:, None, None]
         h = (1.0 + d**2 / rest)[:, None, None] * c[:, :, None] * c[:, None, :]
-        while len(a) > 1:
-            left = [part[len(a) - len(a) % 2 :] for part in (a, g, h)]
-            a, g, h = map(np.concatenate, zip(_composed(a, g, h), left, strict=True))
-        kept = np.ix_(*[list(self.places.values())] * 2)  # what else there is in x begins each period at zero
-        values = _symplectic_poles(a[0][kept], g[0][kept], h[0][kept], self.units)
+        values = _symplectic_poles(*self._of_period(_composed, a, g, h), self.units)
         values = others(values, [*hidden, *(1.0 / pole.conjugate() for pole in hidden)])
         on_circle = values[np.abs(np.abs(values) - 1.0) <= near]
         return sorted(float(angle) for angle in np.angle(on_circle))
+
+    def _of_period(self, pair: Callable[..., tuple[Array, ...]], *parts: Array) -> tuple[Array, Array, Array]:
+        """Return what a period makes of its states, by what each `pair` of values makes of all parts, again and again.
+
+        What else there is in x begins each period at zero.
+        """
+        while (count := len(parts[0])) > 1:
+            last = count - count % 2
+            made = pair(*(part[begin:last:2] for begin in (0, 1) for part in parts))
+            parts = tuple(map(np.concatenate, zip(made, (part[last:] for part in parts), strict=True)))
+        kept = np.ix_(*[list(self.places.values())] * 2)
+        a, g, h = (part[0][kept] for part in parts)
+        return a, g, h
 
     def holds(self) -> tuple[int, int]:
         """Return after how many values the wire has a new one, and how many values it holds each
@@ -226,20 +231,16 @@ def maps_of_lifted(states: Sequence[Entry], a: Array, b: Array, c: Array, d: Arr
     return TickMaps(moved, entered, read, np.diag(d).copy(), {state: i for i, state in enumerate(states)})
 
 
-def _composed(a: Array, g: Array, h: Array) -> tuple[Array, Array, Array]:
+def _composed(a1: Array, g1: Array, h1: Array, a2: Array, g2: Array, h2: Array) -> tuple[Array, Array, Array]:
     """Return the maps of pairs: x' = a x + g l', l = a^T l' + h x of the first, then of the second."""
-    last = len(a) - len(a) % 2
-    (a1, a2), (g1, g2), (h1, h2) = ((m[:last:2], m[1::2]) for m in (a, g, h))
-    through = np.linalg.solve(np.eye(a.shape[1]) - g1 @ h2, np.concatenate([a1, g1 @ np.swapaxes(a2, 1, 2)], axis=2))
-    n = a.shape[1]
+    n = a1.shape[1]
+    through = np.linalg.solve(np.eye(n) - g1 @ h2, np.concatenate([a1, g1 @ np.swapaxes(a2, 1, 2)], axis=2))
     ahead, back = through[:, :, :n], through[:, :, n:]
     return a2 @ ahead, g2 + a2 @ back, h1 + np.swapaxes(a1, 1, 2) @ h2 @ ahead
 
 
-def _added(a: Array, g: Array, h: Array) -> tuple[Array, Array, Array]:
+def _added(a1: Array, g1: Array, h1: Array, a2: Array, g2: Array, h2: Array) -> tuple[Array, Array, Array]:
     """Return what pairs of maps move, what enters them and what they show, the first's before the second's."""
-    last = len(a) - len(a) % 2
-    (a1, a2), (g1, g2), (h1, h2) = ((m[:last:2], m[1::2]) for m in (a, g, h))
     return a2 @ a1, g2 + a2 @ g1 @ np.swapaxes(a2, 1, 2), h1 + np.swapaxes(a1, 1, 2) @ h2 @ a1
 
 

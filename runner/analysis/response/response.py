@@ -265,7 +265,7 @@ def response_of(
 ) -> Response:
     """Return the linear response between two outputs about an operating point."""
     whole = about.map([source], [target])
-    notes = (*whole.notes, *about.corner_notes([source], [target]))
+    notes = (*whole.notes, *about.corner_notes(Ends((source,), (target,))))
     found = response_of_map(about.plan, source, target, replace(whole, notes=notes), frequencies)
     apart = nearest_mode(found.wires.poles)
     if not apart < NEAR:
