@@ -1,13 +1,13 @@
 """The blocks of a map between wires, when they tick together again, and notes on them."""
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
-from proofmass.blocks.declaration.declare import BlockType
 from proofmass.blocks.declaration.problem import Problem, problem_of_output
 from proofmass.graphs.model.digraph import reached, turned
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
+from proofmass.runner.derivatives.dual_noise import functions_in_loop
 from proofmass.runner.plan.planned import Plan
 
 LONGEST_PERIOD = 100_000  # base ticks
@@ -80,11 +80,5 @@ def coarse_blocks(plan: Plan, node: Endpoint) -> tuple[str, ...]:
         f"{name} chooses one of some levels, and counts as a gain of one: slow signals see that;"
         " whether the choice itself is stable is told by a run alone"
         for name in sorted(ahead & behind)
-        if any(reaches(function, LEVELS) for function in _functions(type(plan.blocks[name])))
+        if any(reaches(each.function, LEVELS) for each in functions_in_loop(plan.blocks[name]).values())
     )
-
-
-def _functions(kind: BlockType) -> Iterator[object]:
-    yield from (behaviour.function for behaviour in kind.output_functions.values())
-    if "update" in kind.functions:
-        yield kind.functions["update"].function
