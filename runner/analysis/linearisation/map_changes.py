@@ -278,19 +278,9 @@ def _alone(n: int, ends: Sequence[tuple[str, str, int]]) -> Indices:
 
 
 def _members(states: Sequence[tuple[str, str, int]], ends: Sequence[tuple[str, str, int]]) -> Array:
-    """Return a row for each group of places, with one where a place is in it."""
-    groups = _groups(states, ends)
-    members = np.zeros((len(groups), len(states) + len(ends)))
-    for row, places in enumerate(groups):
-        members[row, places] = 1.0
+    """Return a row for the states of each block, and for the values of each wire, with one at their places."""
+    groups: list[Any] = [*(name for name, _, _ in states), *(entry[:2] for entry in ends)]
+    rows = {group: row for row, group in enumerate(dict.fromkeys(groups))}
+    members = np.zeros((len(rows), len(groups)))
+    members[[rows[group] for group in groups], np.arange(len(groups))] = 1.0
     return members
-
-
-def _groups(states: Sequence[tuple[str, str, int]], ends: Sequence[tuple[str, str, int]]) -> list[list[int]]:
-    """Places of the states of each block, and of the values of each wire."""
-    groups: dict[Any, list[int]] = {}
-    for place, (name, _, _) in enumerate(states):
-        groups.setdefault(name, []).append(place)
-    for place, (name, port, _) in enumerate(ends):
-        groups.setdefault((name, port), []).append(len(states) + place)
-    return list(groups.values())
