@@ -168,6 +168,14 @@ class PeriodMap:
             acts[np.ix_(cells, cells)] = True
         return between(acts, entered, read)
 
+    def moving(self) -> list[int]:
+        """Return the states that a period does not leave as they are, whatever the parameters."""
+        n = self.order
+        moving = (self.matrix[:n] != np.eye(n, self.matrix.shape[1])).any(axis=1)
+        for slope in self.slopes.values():
+            moving |= slope[:n].any(axis=1)
+        return np.flatnonzero(moving).tolist()
+
     def seen(self) -> "PeriodMap":
         """The map without states that reach no output."""
         acts, _, read = self._edges
@@ -222,22 +230,20 @@ def period_map(
 
     The map covers this many common `periods`, or `span` base ticks. Buffers that are `rings` count
     from their places. `point_slopes` are the derivatives of the memory there `by_parameters`.
-    Without them, memory that still has
-    its start value has the derivatives of that.
-    The map of a loop through one wire is made `by_ticks`, of the states that lie in the loop alone,
-    where it can be. With `integrated` continuous groups move as in a run, and are linearised along
-    the way within each tick.
+    Without them, memory that still has its start value has the derivatives of that. The map of a
+    loop through one wire is made `by_ticks`, of the states that lie in the loop alone, where it can
+    be. With `integrated` continuous groups move as in a run, and are linearised along the way
+    within each tick.
 
     `inputs` are added to the signals of their wires, or replace them if `cut`. States are those of
     blocks on paths from inputs to outputs, or of `everything` that the outputs depend on. Of blocks
-    with `noise` the
-    deviates and the errors of quantisers are further inputs, what some `quantisers` are given is a
-    further output (`NoisyTicks`), and the states are those of blocks on paths from there
-    too. With `drawn` that is along a run with noise. `slopes` returns the machine code of ticks
-    with their slopes, if the plan has such, for long periods. With `later`, which runs a memory on
-    by some ticks, a wire that holds its value counts once, where all of its values are held alike.
-    The map then begins with a new value. `opened` returns the slopes of ticks of a loop, if they were
-    taken with those of others.
+    with `noise` the deviates and the errors of quantisers are further inputs, what some
+    `quantisers` are given is a further output (`NoisyTicks`), and the states are those of blocks on
+    paths from there too. With `drawn` that is along a run with noise. `slopes` returns the machine
+    code of ticks with their slopes, if the plan has such, for long periods. With `later`, which
+    runs a memory on by some ticks, a wire that holds its value counts once, where all of its values
+    are held alike. The map then begins with a new value. `opened` returns the slopes of ticks of a
+    loop, if they were taken with those of others.
 
     Raises `ModelError` that names the block that cannot be linearised.
     """

@@ -215,7 +215,7 @@ def _newton_step(whole: PeriodMap, scale: Array) -> tuple[Array, float, Array]:
     if not len(a):
         return np.zeros(0), 0.0, np.zeros(0)
     system = np.eye(len(a)) - a / scale[:, None] * scale
-    moving = (a != np.eye(len(a))).any(axis=1) | (step != 0.0)
+    moving = whole.moving()
     change = np.zeros(len(a))
     change[moving] = np.linalg.pinv(system[:, moving], rcond=_NULL) @ (step / scale)
     closing = system @ change

@@ -36,12 +36,7 @@ class SteadyState:
     """Scale factor and bias between outputs; raises `ModelError` without a steady state."""
 
     def __init__(self, planned: Plan, period_map: PeriodMap, target: Endpoint) -> None:
-        n = period_map.order
-        moved = period_map.matrix.copy()
-        moved[:n, :n] -= np.eye(n)
-        slopes = sum((np.abs(slope[:n]) for slope in period_map.slopes.values()), np.zeros_like(moved[:n]))
-        moving = np.flatnonzero(((moved[:n] != 0.0) | (slopes != 0.0)).any(axis=1))
-        self._map = period_map.kept([int(i) for i in moving])
+        self._map = period_map.kept(period_map.moving())
         self._rows = sum(entry[:2] == target for entry in period_map.outputs)
         a, b, c, _, step, _, at_input = self._parts(self._map.matrix)
         lasting = Lasting(a)
@@ -136,10 +131,7 @@ def slopes_at_rest(everything: PeriodMap) -> PointSlopes | None:
     rest = Lasting(a).others
     inverse = rest @ np.linalg.inv(np.eye(n) - rest @ a)
     columns = {name: inverse @ slope[:n, -1] for name, slope in everything.slopes.items()}
-    moving = (everything.matrix[:n] != np.eye(n, everything.matrix.shape[1])).any(axis=1)
-    for slope in everything.slopes.values():
-        moving |= slope[:n].any(axis=1)
     return {
         everything.states[i]: {name: float(column[i]) for name, column in columns.items() if column[i]}
-        for i in np.flatnonzero(moving).tolist()
+        for i in everything.moving()
     }
