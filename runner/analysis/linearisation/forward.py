@@ -59,11 +59,6 @@ class Forward:
         self.tick, self._spent, self._chunk = begin.tick, 0.0, 16
         self._asked = 0  # ticks for which an engine was chosen
 
-    @property
-    def engine(self) -> str:
-        """The name of the engine that runs it now."""
-        return self._engine.name
-
     def to(self, last: int, of: int = 0) -> Memory:
         """Run to the start of the tick `last` and return the memory there; raises `ModelError` if a tick fails."""
         return self.reach(last, of).memory().copy()

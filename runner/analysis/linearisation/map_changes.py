@@ -105,7 +105,7 @@ class ChangedResponse:
 
     @cached_property
     def _entered(self) -> Complex:
-        """What enters, by columns with the norms of B, as many as there are states at most."""
+        """Columns that enter, with the norms of B, as many as there are states at most."""
         return np.asarray(self._inverse @ np.linalg.qr(self._b.T)[1].T)
 
     @cached_property

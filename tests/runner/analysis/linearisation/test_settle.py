@@ -216,7 +216,7 @@ def test_plain_python_hands_over_to_machine_code_between_two_ticks(monkeypatch: 
     monkeypatch.setattr("proofmass.runner.analysis.linearisation.forward.INTERPRETED", -1e9)
     run = Forward(planned)
     both = run.to(3000, of=10**9)
-    assert run.engine == "compiled"
+    assert run.reach(run.tick).name == "compiled"
     assert (both.states, both.wires, both.tick) == (plain.states, plain.wires, 3000)
 
 
