@@ -16,7 +16,7 @@ import flint
 import numpy as np
 import numpy.typing as npt
 
-from proofmass.runner.analysis.linearisation.real_roots import Polynomial
+from proofmass.runner.analysis.linearisation.real_roots import Polynomial, zeros
 from proofmass.runner.host.arrays import Array, Complex
 
 _MOST_STEPS = 200
@@ -87,17 +87,16 @@ def many_roots(polynomial: Polynomial, bits: int) -> list[Any] | None:
 
     None where they are not found so well that it is known on which side of the circle each is.
     """
-    zeros, left = 0, [int(value) for value in polynomial.coeffs()]
-    while left and not left[0]:
-        zeros, left = zeros + 1, left[1:]
+    at_zero = [flint.acb(0)] * zeros(polynomial)
+    left = [int(value) for value in polynomial.coeffs()[len(at_zero) :]]
     simple = flint.fmpz_poly(left)
     if simple.degree() < 1:
-        return [flint.acb(0)] * zeros
+        return at_zero
     values = PolynomialValues(simple)
     apart_of_one, errors = _iterated(values, _starts(left) - 1.0)
     balls = _balls(simple, apart_of_one, values.degree * errors, bits)
     told = all(ball.is_finite() and _is_told(ball) for ball in balls) and _are_all(simple, balls)
-    return [flint.acb(0)] * zeros + balls if told else None
+    return at_zero + balls if told else None
 
 
 def _are_all(polynomial: Polynomial, balls: list[Any]) -> bool:

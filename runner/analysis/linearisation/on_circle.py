@@ -13,7 +13,7 @@ import numpy as np
 
 from proofmass.runner.analysis.linearisation.many_roots import PolynomialValues
 from proofmass.runner.analysis.linearisation.rational import LARGEST_CERTIFIED, Transfer, roots
-from proofmass.runner.analysis.linearisation.real_roots import Polynomial
+from proofmass.runner.analysis.linearisation.real_roots import Polynomial, zeros
 from proofmass.runner.host.arrays import Array, Complex
 from proofmass.runner.host.precision import precision
 
@@ -81,8 +81,3 @@ class _Sum:
 def _part(polynomial: Polynomial) -> _Product | _Sum:
     left = flint.fmpz_poly(polynomial.coeffs()[zeros(polynomial) :])
     return (_Product if left.degree() <= LARGEST_CERTIFIED else _Sum)(left)
-
-
-def zeros(polynomial: Polynomial) -> int:
-    """Return how often a polynomial has the root 0."""
-    return next((k for k, value in enumerate(polynomial.coeffs()) if value != 0), 0)

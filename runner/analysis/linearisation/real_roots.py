@@ -20,6 +20,11 @@ Fraction = Any  # flint.fmpq
 _FIRST_BITS = 128  # of arithmetic; it is doubled where they do not tell the sign
 
 
+def zeros(polynomial: Polynomial) -> int:
+    """Return how often a polynomial has the root 0."""
+    return next((k for k, value in enumerate(polynomial.coeffs()) if value != 0), 0)
+
+
 @precision()
 def isolated(polynomial: Polynomial, bits: int) -> list[Any]:
     """Return the distinct positive roots, smallest first, as balls with about so many bits."""
@@ -31,9 +36,7 @@ def isolated(polynomial: Polynomial, bits: int) -> list[Any]:
 
 def _separated(simple: Polynomial) -> Iterator[tuple[Fraction, Fraction]]:
     """Yield intervals that hold one root each, or have it as both ends."""
-    coefficients = list(map(int, simple.coeffs()))
-    while not coefficients[0]:
-        coefficients = coefficients[1:]
+    coefficients = list(map(int, simple.coeffs()[zeros(simple) :]))
     last, first = _octaves(coefficients[::-1]), -_octaves(coefficients)
     left = [(_power(first), _power(last))]
     while left:

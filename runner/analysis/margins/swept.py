@@ -14,8 +14,9 @@ from functools import cached_property
 
 import numpy as np
 
-from proofmass.runner.analysis.linearisation.on_circle import OnCircle, zeros
+from proofmass.runner.analysis.linearisation.on_circle import OnCircle
 from proofmass.runner.analysis.linearisation.rational import Transfer, roots
+from proofmass.runner.analysis.linearisation.real_roots import zeros
 from proofmass.runner.analysis.margins.axis import CertifiedAxis, Crossing, real_crossing
 from proofmass.runner.analysis.margins.frequencies import (
     ABOUT_A_POLE,

@@ -6,8 +6,9 @@ import flint
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.linearisation.on_circle import OnCircle, zeros
+from proofmass.runner.analysis.linearisation.on_circle import OnCircle
 from proofmass.runner.analysis.linearisation.rational import LARGEST_CERTIFIED, Transfer
+from proofmass.runner.analysis.linearisation.real_roots import zeros
 
 LONG = LARGEST_CERTIFIED + 6
 ABOVE = {
