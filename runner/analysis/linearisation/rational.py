@@ -136,7 +136,8 @@ def _scaled(a: Array, b: Array, c: Array) -> tuple[Array, Array, Array]:
 
 
 def _fractions(matrix: Array) -> Any:
-    return flint.fmpq_mat(*matrix.shape, [fraction(value) for value in matrix.ravel().tolist()])
+    rows, columns = matrix.shape
+    return flint.fmpq_mat(rows, columns, [fraction(value) for value in matrix.ravel().tolist()])
 
 
 def _turned(polynomial: Polynomial, degree: int) -> Polynomial:
