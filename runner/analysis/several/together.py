@@ -138,7 +138,7 @@ def margins_together(graph: GraphSource, loops: Sequence[str] = (), *, at: At = 
     about, (*alone, system) = points.about_loops(nodes, otherwise=loop_through_bits, joint=joint)
     starting = (one for one in alone if one.map.starting)
     told = dict.fromkeys(note for one in (system, *starting) for note in one.map.notes)
-    corners = () if group else about.corner_notes(nodes, nodes, cut=True)
+    corners = () if group else about.corner_notes(Ends(nodes, nodes, cut=True))
     sizes = [sum(entry[:2] == node for entry in system.map.inputs) for node in nodes]
     found = of_system(system, list(named), sizes, [".".join(node) for node in nodes], (*told, *corners))
     return replace(found, tick=system.map.tick, time=system.map.time, told=about.told)
